@@ -6,21 +6,30 @@ not have. In each of three ranges of W/L the standard errors are multiplied by t
 `COVERAGE` of the predicted cases lie within 1.96 of them. All packings have equal weight.
 """
 
+import json
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import minimize_scalar
+from scipy.optimize import least_squares, minimize_scalar
 
 from pidpanel.arrays import Array, Index
-from pidpanel.damping.atlas import DOF, JUMP_LENGTHS, REGIMES, fit_riding
-from pidpanel.damping.atlas_files import atlas_data, by_state, package_version
+from pidpanel.atlas.table import PACKAGE_FILE
+from pidpanel.damping.atlas import DOF, JUMP_LENGTHS, REGIMES, riding_trend
+from pidpanel.damping.atlas_files import atlas_data, by_state
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface_cases import STROKE, Constants, TrainingData
 
 COVERAGE, WIDTH = 0.95, 1.96  # share of cases within this number of standard errors
 PARTS = 10  # of the table, each predicted by the others
+
+
+# ln A, p, q, k, then ln A and k of gravity across over these, ln B, s, t, v, w: where the search
+# starts; each differs from it by about 1.
+TREND_START = np.array([0.0, 0.0, 0.9, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+TREND_ERROR = 0.25  # of the trend about which cases are compared: few are outliers
 
 
 class Predicted(NamedTuple):
@@ -81,6 +90,23 @@ def trend_of(cases: pd.DataFrame) -> Array:
     rides = data.side == 0
     values = data.points[rides], data.log_damping[rides], data.side_error[0][rides]
     return np.asarray(fit_riding(*values).round(3))
+
+
+def fit_riding(points: Array, log_loss: Array, error: Array) -> Array:
+    """Return the constants (11,) of cases that ride, by robust least squares.
+
+    Parameters
+    ----------
+    points, log_loss, error
+        (n, 9), ln 2πη (n,) and its standard errors.
+    """
+    scale = np.hypot(error, TREND_ERROR)
+
+    def deviation(constants: Array) -> Array:
+        residual = (riding_trend(constants, points) - log_loss) / scale
+        return np.concatenate([residual, constants - TREND_START])
+
+    return np.asarray(least_squares(deviation, TREND_START, loss="soft_l1").x)
 
 
 def packings_of(cases: pd.DataFrame) -> Index:
@@ -151,7 +177,7 @@ def fit_constants(cases: pd.DataFrame) -> dict[str, Any]:
     student_scale = student_scale_of(predicted, stroke, packing) / factors
     names = ("riding", "crossing")
     return {
-        "version": package_version(),
+        "version": json.loads(PACKAGE_FILE.read_text(encoding="utf-8"))["version"],
         "cases": len(cases),
         "bulk": _rounded(fit_bulk(cases)),
         "trend": trend.tolist(),

@@ -4,7 +4,7 @@
 
 The 130 cases of the acrylic coupon of paper.yaml, level.yaml and benchmarks/single_tones.py are not
 in the atlas here. Some of them, drawn at random eight times, make a surface with closed forms as
-prior, or with the atlas (`damping.prior`); the others are predicted. The table of
+prior, or with the atlas (`prior`); the others are predicted. The table of
 docs/atlas.md is printed. Errors are calibrated as those of
 the atlas. A minute on a core.
 """

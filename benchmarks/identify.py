@@ -134,13 +134,13 @@ def panel_ratios(results: pd.DataFrame) -> np.ndarray:
                 "gravity_direction": [0, 0, -1] if row["direction"] == "flat" else [1, 0, 0],
             }
             fill = float(np.clip(row[f"fill{suffix}"], *FILLS))
-            dampers[f"{kind}{index}"] = {"coupon": coupon}
+            dampers[f"{kind}{index}"] = {**coupon, "model": "atlas"}
             scenarios[f"{kind}{index}"] = {
                 "layout": {"PID-1": {"damper": f"{kind}{index}", "fill_fraction": fill}}
             }
     study = {
         "panel": launch["panel"], "sound": launch["sound"], "dampers": dampers,
-        "damping": {"readings": ["atlas"]}, "scenarios": scenarios,
+        "scenarios": scenarios,
         "response": {"frequency_hz": [30, 500], "maps": []},
     }  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:

@@ -134,7 +134,6 @@ def gather(sizes: list[int]) -> None:
 
 PANEL = {
     "title": "Many cases",
-    "damping": {"readings": ["dem"]},
     "panel": {
         "outline_m": [1.0, 0.6],
         "section": {"kind": "thin", "mass_per_area_kg_m2": 4.0, "bending_stiffness_n_m": 3273.07,
@@ -158,6 +157,7 @@ COUPON = {
                  "min_time_s": 0, "state_cycles": 0},
 }  # fmt: skip
 """A study of a panel, and its coupon with two cases."""
+BED = {**COUPON, "model": "tones"}
 
 
 def report(sizes: list[int]) -> None:
@@ -165,11 +165,13 @@ def report(sizes: list[int]) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         study = folder / "many.yaml"
-        study.write_text(yaml.safe_dump({**PANEL, "coupon": COUPON}))
+        study.write_text(
+            yaml.safe_dump({**PANEL, "dampers": {"bed": {**COUPON, "model": "tones"}}})
+        )
         snakemake = [SNAKEMAKE, "-s", ROOT / "Snakefile", "-d", folder, "-j2"]
         measured([*snakemake, "--configfile", study])
         rules = ["damping", "response", "report"]
-        table = folder / "results" / "many" / "coupon" / "cases.csv"
+        table = folder / "results" / "many" / "coupon" / "bed" / "cases.csv"
         row = pd.read_csv(table).tail(1)
         for size in sizes:
             count = round(size / 25)
@@ -178,8 +180,12 @@ def report(sizes: list[int]) -> None:
                 "frequency_hz": [100.0, *np.geomspace(20, 1500, count - 1).round(3).tolist()],
                 "acceleration_g": [3, 10, 20, 100, 300],
             }
-            study.write_text(yaml.safe_dump({**PANEL, "coupon": {**COUPON, "sweep": sweep}}))
-            cases = cases_by_coupon(load_study(study))["coupon"]
+            study.write_text(
+                yaml.safe_dump(
+                    {**PANEL, "dampers": {"bed": {**COUPON, "sweep": sweep, "model": "tones"}}}
+                )
+            )
+            cases = cases_by_coupon(load_study(study))["bed"]
             frame = many(row, cases)
             frame.to_csv(table, index=False)
             for rule in rules:

@@ -238,7 +238,7 @@ def panel_rms(mass: Array, mass_per_area: float, folder: Path) -> dict[str, floa
         },
     }
     response = pidpanel.Model(values, folder).response()
-    rms = response["acceleration_rms"].squeeze("reading").sel(point="326") / STANDARD_GRAVITY
+    rms = response["acceleration_rms"].sel(point="326") / STANDARD_GRAVITY
     return {name: float(rms.sel(scenario=name)) for name in dampers}
 
 

@@ -36,20 +36,20 @@ def summary_of(folder: Path, damper: str) -> pd.DataFrame:
     """Return ``summary.csv`` of the scenarios with a damper, by single tones and by the law."""
     values = yaml.safe_load((WORKFLOW / "studies" / "level.yaml").read_text())
     dampers = yaml.safe_load((WORKFLOW / "studies" / "layouts.yaml").read_text())["dampers"]
-    sweep = {**values["coupon"]["sweep"], **SWEEPS[damper]}
-    particles = dampers[damper]["coupon"]["particles"]
+    particles = dampers[damper]["particles"]
+    bed = {**values["dampers"]["acrylic"], "model": "tones"}
     cases = {"acrylic": coupled_scenarios.ACRYLIC, "steel": coupled_scenarios.STEEL}[damper]
     values |= {
-        "coupon": {**values["coupon"], "particles": particles, "sweep": sweep},
-        "damping": {
-            "readings": ["dem", "paper_corrected"],
-            "level": {"kind": "patch"},
-            "tones": {"relative_error": 0.02, "damping_error": 0.1, "batch": 12, "most": 24},
+        "dampers": {
+            "tones": {**bed, "particles": particles, "sweep": {**bed["sweep"], **SWEEPS[damper]}},
+            "law": {"law": "paper_corrected"},
         },
+        "damping": {"level": {"kind": "patch"}},
         "response": {"frequency_hz": [30, 2000], "damper_mass": True},
         "scenarios": {
             f"{damper}_PID-{patch}_r{fill:g}_{level:g}": {
-                "patch": f"PID-{patch}", "fill_fraction": fill, "oaspl_db": [level],
+                "patch": f"PID-{patch}", "damper": ["tones", "law"], "fill_fraction": fill,
+                "oaspl_db": level,
             }
             for patch, fill, level in cases
         },
@@ -69,7 +69,8 @@ def summary_of(folder: Path, damper: str) -> pd.DataFrame:
             filled["patch"], filled["fill_fraction"], filled["oaspl_db"], strict=True
         )
     ]
-    return filled.assign(scenario=label)
+    law = filled["scenario"].str.contains("_law_")
+    return filled.assign(scenario=label, damper=np.where(law, "law", "tones"))
 
 
 def compared(folder: Path, runs: int) -> pd.DataFrame:
@@ -95,14 +96,14 @@ def main() -> None:
     print("| scenario | Γ | coupled | single tones | over the effect | paper's law |")
     print("|---|---|---|---|---|---|")
     for label, rows in table.groupby("scenario", sort=False):
-        tones, law = (rows[rows["reading"] == name] for name in ("dem", "paper_corrected"))
+        tones, law = (rows[rows["damper"] == name] for name in ("tones", "law"))
         ratio = tones["difference"] / tones["effect"]
         print(
             f"| {label} | {tones['damping_read_at_g'].iloc[0]:.3g} | {_values(tones['g_rms'])} | "
             f"{_percent(tones['difference'])} | {' / '.join(f'{x:.2f}' for x in ratio)} | "
             f"{_percent(law['difference'])} |"
         )
-    tones, law = (table[table["reading"] == name] for name in ("dem", "paper_corrected"))
+    tones, law = (table[table["damper"] == name] for name in ("tones", "law"))
     z = tones["difference"] / tones["error"]
     print(
         f"single tones ({SINGLE_TONES.of_effect} of the effect): mean z {z.mean():.2f}, "

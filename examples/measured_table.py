@@ -42,7 +42,7 @@ model = pidpanel.Model(
 )
 table = model.damping("lab", fill_fraction=0.5, frequency_hz=[50, 100, 200], acceleration_g=10)
 print(table["equivalent_damping"].squeeze().to_pandas().rename("C_e, N s/m³ over frequency, Hz"))
-found = model.response().sel(reading="stated", point="P")
+found = model.response().sel(point="P")
 for scenario in found["scenario"].to_numpy()[1:]:  # the first is the bare panel
     one = found.sel(scenario=scenario)
     print(f"{scenario}: {float(one['reduction']):.2f} ± {float(one['reduction_error']):.2f} dB")

@@ -30,5 +30,5 @@ model = pidpanel.Model(
 sound = model.sound()
 overall = 10 * np.log10((10 ** (sound["band_spl"] / 10)).sum())
 print(f"{float(overall):.1f} dB overall")
-psd = model.response()["acceleration_psd"].sel(reading="bare", point="P").squeeze("scenario")
+psd = model.response()["acceleration_psd"].sel(point="P").squeeze("scenario")
 print(f"the highest PSD is at {float(psd['frequency'][psd.argmax('frequency')]):.0f} Hz")

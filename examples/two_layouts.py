@@ -34,7 +34,7 @@ model = pidpanel.Model(
         "scenarios": {name: {"layout": layout} for name, layout in layouts.items()},
     }
 )
-response = model.response().sel(reading="stated")
+response = model.response()
 table = response["reduction"].sel(scenario=list(layouts)).to_pandas()
 print(f"reduction, dB:\n{table.round(1)}")
 best = response["acceleration_rms"].sel(scenario=list(layouts)).max("point").idxmin("scenario")

@@ -20,13 +20,12 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 def model(law_values):
     """The small panel with the paper's law, as a mapping."""
     values = law_values()
-    values["damping"]["readings"] = ["paper_corrected"]
-    values["scenarios"] = {"fill": values["scenarios"]["fill"]}
+    values["dampers"] = {"paper": values["dampers"]["paper"]}
+    values["scenarios"] = {"fill": values["scenarios"]["fill"] | {"damper": "paper"}}
     return pidpanel.Model(values)
 
 
 def test_the_damping_is_that_of_the_law(model):
-    # red: gamma and frequency interchanged in `damping`
     found = model.damping(fill_fraction=[0.3, 0.8], frequency_hz=[50, 100, 140], acceleration_g=[5])
     assert dict(found.sizes) == {"fill_fraction": 2, "frequency": 3, "acceleration": 1}
     for fill in (0.3, 0.8):
@@ -42,7 +41,6 @@ def test_the_damping_is_that_of_the_law(model):
 
 
 def test_modes_are_those_of_the_panel_in_order(model):
-    # red: residual vectors kept among the modes
     modes = model.modes()
     frequency = modes["natural_frequency"]
     assert frequency.attrs["units"] == "Hz" and bool((frequency.diff("mode") >= 0).all())
@@ -55,9 +53,8 @@ def test_modes_are_those_of_the_panel_in_order(model):
 
 
 def test_the_response_has_its_rms_values_with_units(model):
-    # red: the factor of g left out of RMS
     found = model.response()
-    one = found.sel(scenario="PID-1_r0.8_150dB", reading="paper_corrected", point="centre")
+    one = found.sel(scenario="PID-1_r0.8_150dB", point="centre")
     psd = one["acceleration_psd"].to_numpy()
     rms = np.sqrt(np.trapezoid(psd, found["frequency"].to_numpy()))
     assert float(one["acceleration_rms"]) == pytest.approx(rms, rel=1e-3)
@@ -67,13 +64,11 @@ def test_the_response_has_its_rms_values_with_units(model):
 
 
 def test_the_sound_sums_up_to_its_level(model):
-    # red: the column of the surface PSD in place of the levels
     levels = model.sound()["band_spl"]
     assert 10 * np.log10((10 ** (levels / 10)).sum()) == pytest.approx(150, abs=1e-3)
 
 
 def test_a_mistake_in_a_mapping_is_told_without_a_file(law_values):
-    # red: `place.sub` left out
     values = law_values()
     values["sound"]["sped_m_s"] = 343
     with pytest.raises(pidpanel.StudyError, match=r"^sound\.sped_m_s = 343: unknown key"):
@@ -81,7 +76,6 @@ def test_a_mistake_in_a_mapping_is_told_without_a_file(law_values):
 
 
 def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
-    # red: `_result` without its look at the file
     model = pidpanel.Model("smoke.yaml", tmp_path)
     for ask in (model.response, model.cases, lambda: model.damping("dem")):
         with pytest.raises(pidpanel.ResultsError, match=r"missing; .* call run\(\) first"):
@@ -93,7 +87,6 @@ def test_what_rests_on_liggghts_asks_for_a_run(tmp_path):
 
 
 def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
-    # red: `is_coupled` left out of `_result`; dampers without a surface among the known
     model = pidpanel.Model("layouts.yaml", tmp_path)
     with pytest.raises(pidpanel.ResultsError, match=r"missing; .* call run\(\) first"):
         model.response()
@@ -104,7 +97,6 @@ def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
 
 
 def test_a_study_with_another_value_is_the_same_study_otherwise(tmp_path, monkeypatch):
-    # red: files relative to the working folder; a section shared with the model before
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "levels.csv").write_text("center_hz,spl_db\n31.5,120\n63,126\n125,130\n")
@@ -131,7 +123,6 @@ def test_a_study_with_another_value_is_the_same_study_otherwise(tmp_path, monkey
 
 
 def test_values_of_numpy_and_paths_are_those_of_a_file():
-    # red: `value.tolist()` left out
     values = {"a": np.float64(1.5), "b": (np.arange(2), Path("x")), 3: {"c": None}}
     assert plain(values) == {"a": 1.5, "b": [[0, 1], "x"], "3": {"c": None}}
 
@@ -148,26 +139,22 @@ SAYS = {
 
 
 def test_a_study_without_a_coupon_has_no_cases(model):
-    # red: "it needs LIGGGHTS runs: call run() first", which would not help
-    with pytest.raises(pidpanel.StudyError, match="damper = coupon: has no coupon"):
+    with pytest.raises(pidpanel.StudyError, match="damper = coupon: has no simulated tones"):
         model.cases()
 
 
 def test_every_example_is_run_here():
-    # red: an example more than in SAYS
     assert [path.stem for path in EXAMPLES] == sorted(SAYS)
 
 
 @pytest.mark.liggghts
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_runs_and_says_what_it_should(path, capsys, monkeypatch):
-    # red: any key of an example misspelt; the variable kept in workflow_process
     monkeypatch.setenv("PIDPANEL_WORKFLOW_PROCESS", "1")
     with pd.option_context("display.width", 200):
         runpy.run_path(str(path), run_name="__main__")
     said = capsys.readouterr()
     assert SAYS[path.stem] in said.out
-    # red: numbers without a unit, of m/s² or dB
     assert re.search(r"m s-2|N s/m³|\bHz\b|\bdB\b", said.out)
     assert "Traceback" not in said.err
 
@@ -182,7 +169,6 @@ def test_an_example_runs_and_says_what_it_should(path, capsys, monkeypatch):
     ],
 )
 def test_damping_is_read_at_values_that_there_are(key, value, message):
-    # red: C_e at r = 7 as at r = 0.9, NaN at −1 Hz
     with pytest.raises(pidpanel.StudyError) as caught:
         pidpanel.Model("l_panel.yaml").damping(**{key: value})
     assert str(caught.value) == message

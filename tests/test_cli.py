@@ -45,7 +45,6 @@ def refused(capsys, *arguments):
 
 
 def test_help_says_what_and_in_which_order(capsys):
-    # red: list_commands left out, a command without its help; the epilog without its exit codes
     code, out, _ = answer(capsys, "--help")
     assert code == 0
     listed = out.split("Commands:")[1]
@@ -58,7 +57,6 @@ def test_help_says_what_and_in_which_order(capsys):
 
 
 def test_help_and_completion_import_nothing_that_is_slow():
-    # red: `from pidpanel.study import StudyError` at the top of any command
     code = (
         "import sys; from pidpanel.cli.commands import pidpanel; import pidpanel;"
         "print([m for m in ('numpy', 'pydantic', 'snakemake', 'xarray') if m in sys.modules])"
@@ -102,7 +100,6 @@ def test_help_and_completion_import_nothing_that_is_slow():
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line_and_exit_code_2(capsys, tmp_path, monkeypatch, arguments, line):
-    # red: `except click.ClickException` left out; `raise` in place of `return _print_error` in main
     monkeypatch.chdir(tmp_path)
     code, said = refused(capsys, *arguments)
     assert code == cli.MISTAKE
@@ -111,7 +108,6 @@ def test_a_mistake_is_one_line_and_exit_code_2(capsys, tmp_path, monkeypatch, ar
 
 
 def test_what_the_machine_lacks_is_exit_code_3(capsys, tmp_path, monkeypatch):
-    # red: OF_CLASS without SolverMissing; MachineError raised as StudyError
     monkeypatch.setenv("PATH", str(tmp_path))
     code, said = refused(capsys, "run", "coupon_friction.yaml", "-d", tmp_path)
     assert code == cli.MACHINE
@@ -119,7 +115,6 @@ def test_what_the_machine_lacks_is_exit_code_3(capsys, tmp_path, monkeypatch):
 
 
 def test_a_full_disk_is_one_line(capsys, tmp_path, monkeypatch):
-    # red: check_space left out of cli.run; `except OSError` left out of main
     monkeypatch.setattr(snakemake.shutil, "disk_usage", lambda path: type("U", (), {"free": 1e6}))
     code, said = refused(capsys, "run", "l_panel.yaml", "-d", tmp_path)
     assert code == cli.MACHINE and "the disk is full, 1 MB are free" in said
@@ -133,7 +128,6 @@ def test_a_full_disk_is_one_line(capsys, tmp_path, monkeypatch):
 
 
 def test_who_reads_only_the_head_of_the_output_sees_no_error():
-    # red: `except BrokenPipeError` left out of main
     reader, writer = os.pipe()
     os.close(reader)
     done = subprocess.run(
@@ -146,8 +140,6 @@ def test_who_reads_only_the_head_of_the_output_sees_no_error():
 
 @pytest.mark.parametrize("send", [os.killpg, os.kill], ids=["all", "the command alone"])
 def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path, send):
-    # red: subprocess.call, which kills after a quarter of a second; KeyboardInterrupt not caught;
-    # without send_signal the command alone waits for a Snakemake that goes on
     code = (
         "import signal, sys; from pathlib import Path; from pidpanel import cli; from pidpanel.cli import snakemake\n"
         "signal.signal(2, signal.default_int_handler)\n"  # a test in the background ignores it
@@ -170,7 +162,6 @@ def test_ctrl_c_waits_for_snakemake_and_says_how_to_go_on(tmp_path, send):
 
 
 def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path):
-    # red: `-m snakemake` for PROCESS; no handler in workflow_process; SIG_IGN left out of it
     snakefile = tmp_path / "Snakefile"
     again = "os.kill(os.getpid(), signal.SIGINT); open('ended', 'w')"
     snakefile.write_text(
@@ -189,7 +180,6 @@ def test_ctrl_c_while_snakemake_reads_the_workflow_leaves_no_traceback(tmp_path)
 
 @pytest.mark.parametrize(("options", "is_limited"), [((), False), (("-e", "slurm"), True)])
 def test_jobs_of_this_machine_start_at_any_rate(monkeypatch, options, is_limited):
-    # red: the limit kept; no limit for jobs of a cluster
     called = []
     monkeypatch.setattr("snakemake.cli.args_to_api", lambda args, _: called.append(args) or True)
     assert run_snakemake(["-j1", *options]) == 0
@@ -197,19 +187,16 @@ def test_jobs_of_this_machine_start_at_any_rate(monkeypatch, options, is_limited
 
 
 def test_a_command_that_was_removed_says_what_takes_its_place(capsys):
-    # red: the command left out
     code, said = refused(capsys, "estimate", "l_panel.yaml", "-d", "x")
     assert code == 2 and "check prints the time" in said
 
 
 def test_check_names_the_study(capsys):
-    # red: `return 0` before print
     code, out, _ = answer(capsys, "check", "coupon_friction.yaml")
     assert code == 0 and "coupon_friction" in out and "24" in out
 
 
 def test_run_hands_study_folder_and_options_to_snakemake(capsys, tmp_path, monkeypatch):
-    # red: "--configfile" before the options, which it would take for files; -P left out
     called = []
 
     class Done:
@@ -238,7 +225,6 @@ def test_run_hands_study_folder_and_options_to_snakemake(capsys, tmp_path, monke
 
 
 def test_a_deck_is_that_of_the_case_asked_for(capsys):
-    # red: the deck of another seed
     _, listed, _ = answer(capsys, "deck", "smoke.yaml")
     lines = listed.splitlines()
     assert len(lines) == 8 and lines[0].endswith("r = 0.4, 100 Hz, 10 g")
@@ -246,13 +232,14 @@ def test_a_deck_is_that_of_the_case_asked_for(capsys):
     code, text, _ = answer(capsys, "deck", "smoke.yaml", label)
     assert code == 0
     case = next(
-        c for c in cases_of(load_any_study(STUDIES / "smoke.yaml").coupon) if c.label == label
+        c
+        for c in cases_of(load_any_study(STUDIES / "smoke.yaml").dampers["acrylic"])
+        if c.label == label
     )
     assert text == case.runs[0].deck_text()
 
 
 def test_the_schema_is_that_of_the_models(capsys):
-    # red: print("{}")
     code, text, _ = answer(capsys, "schema")
     assert code == 0 and json.loads(text)["$schema"].endswith("2020-12/schema")
     assert "panel" in json.loads(text)["properties"]
@@ -260,7 +247,6 @@ def test_the_schema_is_that_of_the_models(capsys):
 
 @pytest.mark.parametrize("options", [(), ("--budget-kg", "3"), ("--section", "thin")])
 def test_particles_of_a_measured_table_weigh_in_a_new_study(capsys, tmp_path, options):
-    # red: no `mass_key`: dampers of 28 kg/m² that load nothing
     text = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n30,0.2,28\n2000,0.2,28\n"
     (tmp_path / "steel.csv").write_text(text)
     file = tmp_path / "wing.yaml"
@@ -272,7 +258,6 @@ def test_particles_of_a_measured_table_weigh_in_a_new_study(capsys, tmp_path, op
 
 
 def test_a_new_study_with_a_table_that_is_not_there_is_left_to_the_check(capsys, tmp_path):
-    # red: ValueError let through in `_mass_key`
     file = tmp_path / "wing.yaml"
     code, _, err = answer(capsys, "new", file, "--table", tmp_path / "none.csv")
     assert "Traceback" not in err and code in (0, 2)
@@ -280,7 +265,6 @@ def test_a_new_study_with_a_table_that_is_not_there_is_left_to_the_check(capsys,
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_knows_every_command(capsys, monkeypatch, shell):
-    # red: another variable in the script than in main
     code, script, _ = answer(capsys, "completion", shell)
     variable = "_PIDPANEL_COMPLETE"
     assert code == 0 and f"{variable}={shell}_complete" in script
@@ -305,19 +289,18 @@ def test_completion_knows_every_command(capsys, monkeypatch, shell):
 @pytest.mark.parametrize(
     ("options", "holds"),
     [
-        (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"coupon.particles.density_kg_m3": 7850, "damping.readings": ["atlas"], "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
-        (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "damping.readings": ["paper_corrected"]}),
-        (["--section", "solid", "--size", "0.7x0.5", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"damping.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
+        (["--size", "2.1x1.2", "--bead", "steel", "--oaspl", "145"], {"dampers.steel.particles.density_kg_m3": 7850, "dampers.steel.model": "atlas", "sound.oaspl_db": 145, "panel.section.kind": "sandwich"}),
+        (["--section", "thin", "--bead", "none", "--mass-kg-m2", "5.25"], {"panel.section.mass_per_area_kg_m2": 5.25, "dampers.paper.law": "paper_corrected"}),
+        (["--section", "solid", "--size", "0.7x0.5", "--table", "acrylic_2mm.csv", "--supports", "clamped"], {"dampers.lab.table": "acrylic_2mm.csv", "panel.supports": "clamped"}),
         (["--hold-down", "0.3,0.2", "--hold-down", "1.2,0.8", "--hole", "0.9,0.3,0.1", "--point", "1.4,0.9", "--bead", "none", "--shaker", "gevs_acceptance.csv"], {"panel.supports.outline": "free", "panel.supports.points.H2.at_m": [1.2, 0.8], "panel.holes.hole 1.diameter_m": 0.1, "panel.points.P3": [1.4, 0.9], "base.random.spectrum": "gevs_acceptance.csv"}),
-        (["--section", "thin", "--table", "acrylic_2mm.csv", "--budget-kg", "0.5", "--shaker", "gevs_acceptance.csv"], {"optimise.mass_kg": 0.5, "dampers.lab.table": "acrylic_2mm.csv", "damping.readings": ["stated"]}),
-        (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "damping.readings": ["atlas"]}),
+        (["--section", "thin", "--table", "acrylic_2mm.csv", "--budget-kg", "0.5", "--shaker", "gevs_acceptance.csv"], {"optimise.mass_kg": 0.5, "dampers.lab.table": "acrylic_2mm.csv"}),
+        (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "dampers.acrylic.model": "atlas"}),
         (["--section", "solid", "--size", "0.7x0.5", "--thickness-mm", "6"], {"damping.coupled.relative_error": 0.03}),
-        (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"damping.readings": ["atlas"]}),
+        (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"dampers.acrylic.model": "atlas"}),
         (["--title", 'a "b" {0/90}s $x$ : # größe'], {"title": 'a "b" {0/90}s $x$ : # größe'}),
     ],
 )  # fmt: skip
 def test_a_new_study_is_commented_and_passes_the_check(capsys, tmp_path, options, holds):
-    # red: a misspelt key in new.yaml.j2; a title that is not quoted; elements of 10 cm
     file = tmp_path / "wing.yaml"
     code, out, _ = answer(capsys, "new", file, *options)
     assert code == 0 and "next: pidpanel check" in out
@@ -342,7 +325,6 @@ def test_a_new_study_is_commented_and_passes_the_check(capsys, tmp_path, options
     ],
 )
 def test_a_new_study_has_fill_fractions_of_its_table(capsys, tmp_path, rows, fills, fill):
-    # red: FILLS for every table: the new study failed its first check
     table = tmp_path / "lab.csv"
     table.write_text("\n".join(["fill_fraction,frequency_hz,equivalent_damping_n_s_m3", *rows]))
     options = ["--section", "thin", "--table", table]
@@ -355,7 +337,7 @@ def test_a_new_study_has_fill_fractions_of_its_table(capsys, tmp_path, rows, fil
 
 @pytest.mark.parametrize("options", [(), ("--section", "solid"), ("--size", "3x2")])
 def test_the_mesh_of_a_new_study_shifts_no_resonance_by_a_fraction_of_its_width(tmp_path, options):
-    # 0.15 ζ is 0.65 dB beside a resonance; red: SHARP = 1
+    # 0.15 ζ is 0.65 dB beside a resonance
     assert main(["new", str(tmp_path / "a.yaml"), *options]) == 0
     study = load_study(tmp_path / "a.yaml")
     panel = StudiedPanel(study.panel)
@@ -366,7 +348,6 @@ def test_the_mesh_of_a_new_study_shifts_no_resonance_by_a_fraction_of_its_width(
 
 
 def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, monkeypatch):
-    # red: the path as given in `draft._beside`
     (tmp_path / "studies").mkdir()
     rows = "\n".join(f"{f},120" for f in (100, 125, 160, 200, 250))
     (tmp_path / "own.csv").write_text(f"center_hz,spl_db\n{rows}\n")
@@ -381,7 +362,6 @@ def test_an_own_spectrum_is_named_relative_to_the_new_study(capsys, tmp_path, mo
 
 @pytest.mark.parametrize("limit", [100e6, 799e6])
 def test_a_limit_on_memory_with_which_nothing_begins_is_one_line(capsys, monkeypatch, limit):
-    # red: `check_memory` left out of `run`
     monkeypatch.setattr(snakemake.resource, "getrlimit", lambda kind: (int(limit), -1))
     code, _, error = answer(capsys, "run", "l_panel.yaml")
     assert code == cli.MACHINE
@@ -391,7 +371,7 @@ def test_a_limit_on_memory_with_which_nothing_begins_is_one_line(capsys, monkeyp
 
 def test_a_new_study_of_a_free_panel_has_a_point_and_a_damper_at_its_corner(capsys, tmp_path):
     # with dampers at centre and quarter alone "no reduction beyond its error" was the answer for a
-    # panel on hold-downs; red: no point or patch for `free` in templates/study/new.yaml.j2
+    # panel on hold-downs
     for supports, points, patches in (
         ("free", ["P1", "P2", "corner"], ["centre", "quarter", "outer"]),
         ("clamped", ["P1", "P2"], ["centre", "quarter"]),
@@ -405,7 +385,6 @@ def test_a_new_study_of_a_free_panel_has_a_point_and_a_damper_at_its_corner(caps
 
 
 def test_a_new_study_says_why_it_is_simulated(capsys, tmp_path):
-    # red: the comment left out of new.yaml.j2, or in every study
     message = "because the cell lies outside the atlas: 2 to 10 diameters wide, 4 to 40 deep"
     for size, is_outside in (("3", True), ("2", False)):
         file = tmp_path / f"steel{size}.yaml"
@@ -424,7 +403,6 @@ def test_a_new_study_says_why_it_is_simulated(capsys, tmp_path):
 def test_a_new_panel_hangs_free_unless_told_otherwise(
     capsys, tmp_path, options, surroundings, reference, radiation
 ):
-    # red: `surroundings: baffle` by default in the template; wall_m left out
     file = tmp_path / "mine.yaml"
     assert answer(capsys, "new", file, "--bead", "none", "--section", "thin", *options)[0] == 0
     study = load_study(file)

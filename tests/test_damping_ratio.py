@@ -56,7 +56,6 @@ def navier(frequency, ratio):
 
 
 def test_a_table_over_frequency_is_that_of_the_closed_form(with_table):
-    # red: ζ(f_c) for all modes; interpolation over f in place of ln f; axes exchanged
     psd, sharper = psd_of(with_table), psd_of(model(0.01))
     f = psd["frequency"].to_numpy()
     pressure = pressure_psd(read_spectrum(SPECTRUM), f)
@@ -71,7 +70,6 @@ def test_a_table_over_frequency_is_that_of_the_closed_form(with_table):
 
 
 def test_a_list_by_mode_is_the_table_at_the_frequencies_of_the_modes(with_table, tmp_path):
-    # red: modes counted from 1; the mean for modes beyond the list; rigid modes counted
     natural = with_table.modes()["natural_frequency"].to_numpy()
     table_ratio = DampingRatio(*zip(*[(z, f) for f, z in TABLE], strict=True)).of_modes(natural)
     by_mode = model([float(z) for z in table_ratio])
@@ -85,7 +83,6 @@ def test_a_list_by_mode_is_the_table_at_the_frequencies_of_the_modes(with_table,
 
 
 def test_the_smallest_ratio_of_a_range_is_that_of_its_modes():
-    # red: min of all rows, inside or not
     falling = DampingRatio((0.04, 0.01, 0.03), (50.0, 200.0, 800.0))
     assert falling.smallest(20.0, 60.0) == pytest.approx(0.04 - 0.03 * np.log(1.2) / np.log(4))
     assert falling.smallest(60.0, 400.0) == 0.01
@@ -94,14 +91,12 @@ def test_the_smallest_ratio_of_a_range_is_that_of_its_modes():
 
 
 def test_modes_count_from_the_slowest_that_bends_and_ratios_scale():
-    # red: modes above 1 Hz alone; factor / ratio
     ratio = DampingRatio((0.01, 0.02, 0.04))
     found = ratio.times(0.5).of_modes(np.array([0.0, 0.0, 0.2, 0.7, 30.0]))
     np.testing.assert_allclose(found, [0.005, 0.005, 0.005, 0.01, 0.02])
 
 
 def test_a_file_may_have_values_up_to_one_half_and_close_rows(tmp_path):
-    # red: both columns of one name; allowed from 1 on; steps of more than 1 Hz
     path = tmp_path / "zeta.csv"
     path.write_text("frequency_hz,damping_ratio\n0.5,0.5\n0.75,0.01\n")
     assert read_damping_ratio(path) == DampingRatio((0.5, 0.01), (0.5, 0.75))
@@ -122,7 +117,6 @@ def test_a_file_may_have_values_up_to_one_half_and_close_rows(tmp_path):
     ],
 )
 def test_a_file_that_is_wrong_is_refused_by_its_line(tmp_path, text, message):
-    # red: `faults` left out of read_damping_ratio one by one
     (tmp_path / "zeta.csv").write_text(text)
     with pytest.raises(ColumnsError, match=message):
         read_damping_ratio(tmp_path / "zeta.csv")

@@ -48,12 +48,10 @@ FILES = examined(PROJECT / "src", WORKFLOW / "scripts")
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(PROJECT)))
 def test_examples_in_docstrings_hold(path):
-    # red: a changed figure in any example
     check(path)
 
 
 def test_a_wrong_example_and_one_that_is_not_run_are_seen(tmp_path):
-    # red: `assert result.failed == 0` or `assert result.attempted == …` left out of `check`
     wrong, unseen = tmp_path / "wrong.py", tmp_path / "unseen.py"
     wrong.write_text('"""A sum.\n\n>>> 1 + 1\n3\n"""\n')
     unseen.write_text(
@@ -65,5 +63,4 @@ def test_a_wrong_example_and_one_that_is_not_run_are_seen(tmp_path):
 
 
 def test_modules_with_examples_are_found():
-    # red: `rglob` → `glob` in `examined`
     assert PROJECT / "src" / "pidpanel" / "damping" / "laws.py" in FILES

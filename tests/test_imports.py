@@ -70,7 +70,6 @@ def trespasses(folder):
 
 
 def test_packages_import_only_what_lies_upstream():
-    # red: `from pidpanel.response.from_study import ResponsePanel` in coupled/from_study.py
     assert list(trespasses(PACKAGE)) == []
 
 
@@ -83,7 +82,6 @@ def test_every_stage_has_its_name_in_four_places():
 
 
 def test_every_stage_has_one_door_for_the_study():
-    # red: `from pidpanel.study import Study` in response/tables.py
     knowing = {"api.py", "check.py", "provenance/digests.py", "provenance/files.py",
                "report/names.py"}  # fmt: skip
     for path in PACKAGE.rglob("*.py"):
@@ -95,7 +93,6 @@ def test_every_stage_has_one_door_for_the_study():
 
 
 def test_no_stage_imports_the_door_of_another_but_downstream():
-    # red: `from pidpanel.sound import from_study` in panel/plate.py
     for path in PACKAGE.rglob("*.py"):
         name = path.relative_to(PACKAGE)
         for module, line in imported(path):
@@ -104,7 +101,6 @@ def test_no_stage_imports_the_door_of_another_but_downstream():
 
 
 def test_the_panel_of_a_study_is_meshed_without_the_libraries_of_files_and_figures():
-    # red: `from pidpanel.panel import tables` at the head of panel/from_study.py
     slow = "pandas", "xarray", "matplotlib", "pyvista", "snakemake", "scipy.optimize"
     code = f"import sys, pidpanel.panel.from_study; print(sys.modules.keys() & {set(slow)})"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

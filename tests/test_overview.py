@@ -30,32 +30,27 @@ def lines_of(study, tmp_path):
 
 def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     found = lines_of(STUDIES / "paper.yaml", tmp_path)
-    # red: abs(cell_areas(…)).sum() → mean(); others of `_of_panel` → 0
     assert found["panel"] == ["1.5 m², 6 kg"]
     assert found["mesh"] == ["600 elements, 651 nodes, about 2400 coordinates"]
-    # Navier's; red: frequency[rigid:] → frequency[rigid + 1:] in `first_modes`
+    # Navier's
     assert found["modes"] == ["64.9, 124.8, 199.7, 224.7, 259.6, 359.5 Hz on the study's mesh"]
-    # red: `vertex in cells`
     assert found["points"] == ["326 on PID-1; 189 on PID-2; 318 on PID-3"]
-    # 0.04 m² × 0.458 × 1190 kg/m³ × 25 mm × r; red: bulk left out
+    # 0.04 m² × 0.458 × 1190 kg/m³ × 25 mm × r
     assert found["dampers"] == [
-        "PID-1 coupon, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of the panel)",
-        "PID-2 coupon, r = 0.5: about 0.27 kg (4.5 % of the panel)",
-        "PID-3 coupon, r = 0.5: about 0.27 kg (4.5 % of the panel)",
+        "PID-1 acrylic, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of the panel)",
+        "PID-2 acrylic, r = 0.5: about 0.27 kg (4.5 % of the panel)",
+        "PID-3 acrylic, r = 0.5: about 0.27 kg (4.5 % of the panel)",
     ]
-    # red: spectrum_of → read_spectrum
     assert found["sound"][0].startswith(
         "OASPL 162.0 dB, 161.9 dB in 30 to 2000 Hz; as tabulated 26 third octaves"
     )
     assert found["sound"][0].endswith("; scenarios at 142, 152 dB")
-    # red: PLAN left out; / 60
     assert found["time"][0].startswith("85 of 85 coupon cases ")
     assert found["time"][0].endswith(" of CPU time in LIGGGHTS")
 
 
 def test_the_surroundings_are_named_and_what_others_change(tmp_path):
     # the paper's panel free and in a baffle: each is the other of the other
-    # red: `levels[1] - levels[0]`; `_level(study, …)` twice; FACES[sound.loaded_sides]
     changes = {}
     for name in ("launch", "paper"):
         _, setting, change = lines_of(STUDIES / f"{name}.yaml", tmp_path)["sound"]
@@ -75,7 +70,6 @@ def test_the_surroundings_are_named_and_what_others_change(tmp_path):
 
 
 def test_cases_that_are_there_take_no_time(tmp_path):
-    # red: `all_cases` in place of those that are left
     study = checked_study(STUDIES / "coupon_friction.yaml")
     cases = all_cases(study)
     for count, expected in ((1, "11 of 12 coupon cases"), (len(cases), "")):
@@ -88,7 +82,6 @@ def test_cases_that_are_there_take_no_time(tmp_path):
 
 
 def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
-    # red: the cost of coupled runs left out
     study = checked_study(STUDIES / "layouts.yaml")
     head, *_, time = overview(study, tmp_path).split("\n")
     assert head.endswith("; panel and particles together in 4")
@@ -100,7 +93,6 @@ def test_coupled_runs_are_counted_and_their_time_is_told(tmp_path):
 
 
 def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
-    # red: `single_points` without `radius_m`, or of hinges of a thin plate
     study = checked_study(STUDIES / "bdf_panel.yaml")
     message = (
         "H1, H2, H3, H4 at single points, where frequencies depend on the mesh; state radius_m, "
@@ -118,7 +110,6 @@ def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
     thin = study.panel.section.model_copy(update={"kind": "thin"})
     panel = study.panel.model_copy(update={"section": thin})
     assert not panel.single_points
-    # red: hold-downs of a thin plate left out; modes are 7 to 14 % higher at 5 to 19 cm than at 2 cm
     corner = panel.support_input.points["H1"]
     locked = corner.model_copy(update={"kind": "hold_down"})
     foot = locked.model_copy(update={"radius_m": 0.01})
@@ -127,7 +118,6 @@ def test_supports_at_single_points_of_a_sandwich_are_named(tmp_path):
     )
     assert panel.model_copy(update={"supports": supports}).single_points == ("H1",)
     with_feet = checked_study(STUDIES / "wing.yaml")
-    # red: masses left out; 0.15 kg on a sandwich door: 852, 844, 822 Hz at sizes of 8, 4, 2 cm
     assert with_feet.panel.support_input.points
     assert with_feet.panel.single_points == ("connector",)
     line = with_feet.panel.masses["connector"].model_copy(
@@ -148,7 +138,6 @@ def test_masses_holes_and_tables_count(tmp_path):
 
 
 def test_levels_within_the_range_are_those_of_the_bands_in_it(tmp_path, write_study, law_values):
-    # red: min(high, upper) → upper in `_of_sound`
     values = law_values()
     values["response"] = {"frequency_hz": [89.125, 112.202]}  # the band of 100 Hz alone
     values["sound"] = {"spectrum": "smc_s_016_2014_min_third.csv"}
@@ -169,7 +158,6 @@ def free_plate(**keys):
 
 
 def test_rigid_bodies_are_counted_and_not_told_as_frequencies(tmp_path):
-    # red: RIGID = 0
     solved = solve(free_plate(supports="free", mesh={"elements": [6, 4]}))
     assert solved.rigid == 3
     studied = StudiedPanel(free_plate(supports="free", mesh={"elements": [6, 4]}))
@@ -178,7 +166,6 @@ def test_rigid_bodies_are_counted_and_not_told_as_frequencies(tmp_path):
 
 
 def test_a_large_mesh_is_solved_on_a_coarser_one_that_is_near(monkeypatch):
-    # red: COARSER = 8.0; `while` → `if False`
     panel = free_plate(mesh={"kind": "triangles", "size_m": 0.14})
     own = solve(panel)
     assert own.elements == len(own.mesh.cells)
@@ -200,7 +187,6 @@ def test_a_large_mesh_is_solved_on_a_coarser_one_that_is_near(monkeypatch):
 def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(
     tmp_path, key, value, message
 ):
-    # red: no `_unusual`; dead weight, whose C_e is 0, taken for unusual
     base = Path(__file__).parent / "corpus" / "bases" / "design.yaml"
     model = Model(base).changed({"dampers.heavy.equivalent_damping_n_s_m3": 0})
     assert "unusual" not in overview(model.study, tmp_path)
@@ -213,9 +199,11 @@ def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(
 
 
 def test_motions_and_limits_far_below_those_of_tests_are_named(tmp_path):
-    # red: a limit of 1e-30 g²/Hz, a sweep of 1e-30 g, without a word
     study = tmp_path / "stiff.yaml"
-    text = STIFF.replace(", coupled]", "]") + "severity: {limits: {middle: limit.csv}}\n"
+    text = (
+        STIFF.replace("model: coupled", "model: atlas")
+        + "severity: {limits: {middle: limit.csv}}\n"
+    )
     for size, named in ((1e-30, 3), (0.1, 0)):
         motions = f"{{random: {{spectrum: limit.csv}}, sine: {{frequency_hz: [60, 90], acceleration_g: {size}}}}}"
         study.write_text(f"{text}base: {motions}\n")
@@ -225,9 +213,11 @@ def test_motions_and_limits_far_below_those_of_tests_are_named(tmp_path):
 
 
 def test_limits_of_a_part_of_the_response_are_named(tmp_path):
-    # red: empty margins without a word
     study = tmp_path / "stiff.yaml"
-    text = STIFF.replace(", coupled]", "]") + "severity: {limits: {middle: limit.csv}}\n"
+    text = (
+        STIFF.replace("model: coupled", "model: atlas")
+        + "severity: {limits: {middle: limit.csv}}\n"
+    )
     study.write_text(text)
     for last, named in ((100, True), (290, False)):
         rows = f"frequency_hz,acceleration_psd_g2_hz\n50,1\n{last},1\n"
@@ -237,11 +227,12 @@ def test_limits_of_a_part_of_the_response_are_named(tmp_path):
 
 
 STIFF = """
-coupon:
-  cell: {shape: hexagon, across_flats_mm: 6.35, depth_mm: 20, count: 3}
-  particles: {diameter_mm: 2, density_kg_m3: 1190, youngs_modulus_mpa: 3200, poissons_ratio: 0.35,
-              restitution: 0.8, friction: 0.3}
-damping: {readings: [atlas, coupled]}
+dampers:
+  bed:
+    cell: {shape: hexagon, across_flats_mm: 6.35, depth_mm: 20, count: 3}
+    particles: {diameter_mm: 2, density_kg_m3: 1190, youngs_modulus_mpa: 3200, poissons_ratio: 0.35,
+                restitution: 0.8, friction: 0.3}
+    model: coupled
 panel:
   outline_m: [0.3, 0.2]
   section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
@@ -256,13 +247,12 @@ response: {frequency_hz: [50, 300]}
 
 def test_coupled_runs_of_a_panel_without_modes_are_refused_before_they_run(tmp_path):
     # its first mode is at 1623 Hz (Navier); runs ended with −15 % of the energy missing
-    # red: check_modes left out of either
     study = tmp_path / "stiff.yaml"
     study.write_text(STIFF)
-    with pytest.raises(StudyError, match=r"^stiff: damping\.readings: .*the first is at 1623 Hz$"):
+    with pytest.raises(StudyError, match=r"^stiff: .*the first is at 1623 Hz$"):
         overview(checked_study(study), tmp_path)
     check_modes(checked_study(study), 299.0)
     with pytest.raises(StudyError, match="300 Hz"):
         check_modes(checked_study(study), 301.0)
-    study.write_text(STIFF.replace(", coupled]", "]"))
+    study.write_text(STIFF.replace("model: coupled", "model: atlas"))
     assert "1623" in " ".join(lines_of(study, tmp_path)["modes"])

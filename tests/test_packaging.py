@@ -14,7 +14,6 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
-    # red: a folder left out of FOLDERS in setup.py; PROJECT of a checkout always; pages left out
     # of package-data
     command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path / "lib"]
     subprocess.run(
@@ -57,7 +56,6 @@ def test_a_wheel_holds_all_that_a_run_needs_and_finds_it(tmp_path):
 
 
 def test_links_of_the_readme_hold_elsewhere_once_a_release_names_its_address(tmp_path):
-    # red: readme() that returns the text itself; images left out
     command = [sys.executable, "setup.py", "-q", "egg_info", "--egg-base", tmp_path]
     address = "https://host.example/owner/pidpanel/blob/v0.1.0"
     subprocess.run(command, cwd=ROOT, check=True, env={**os.environ, "PIDPANEL_URL": address})
@@ -67,7 +65,6 @@ def test_links_of_the_readme_hold_elsewhere_once_a_release_names_its_address(tmp
 
 
 def test_the_version_is_that_of_the_package(capsys):
-    # red: the attribute left out of __getattr__
     assert {"Model", "__version__"} <= set(dir(pidpanel))
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out == f"pidpanel {pidpanel.__version__}\n"
@@ -75,6 +72,5 @@ def test_the_version_is_that_of_the_package(capsys):
 
 @pytest.mark.skipif("PYTEST_XDIST_WORKER" not in os.environ, reason="one process has all tests")
 def test_tests_that_share_results_stay_in_one_process(request):
-    # red: pytest 9.2, whose names of tests xdist 3.8 cannot change: fixtures are made twice
     if request.config.getvalue("loadgroup"):
         assert request.node.nodeid.endswith("@" + str(request.node.path))

@@ -10,7 +10,6 @@ from pidpanel.study import load_any_study
 
 
 def test_status_counts_cases_by_how_they_ended(tmp_path):
-    # red: `done += None in ended`
     study = load_any_study(STUDIES / "coupon_friction.yaml")
     cases = cases_of(study.coupon)
     for case, ends in zip(cases, (["ok", "ok"], ["ok", "UnderFilled"]), strict=False):
@@ -23,7 +22,6 @@ def test_status_counts_cases_by_how_they_ended(tmp_path):
 
 
 def test_status_tells_stages_and_what_failed_last(tmp_path):
-    # red: STAGE_OF left out; the oldest log in place of the newest; jobs of other studies
     study = load_any_study(STUDIES / "l_panel.yaml")
     lines = list(progress.stages(study, {"maps": 1, "report": 1}))
     assert [line.split() for line in lines[:2]] == [["panel", "done"], ["sound", "done"]]
@@ -46,7 +44,6 @@ def test_status_tells_stages_and_what_failed_last(tmp_path):
 
 
 def test_a_run_in_progress_is_told_from_one_that_has_ended_or_was_killed(tmp_path):
-    # red: the locks asked, which a killed Snakemake leaves; `release` while its log is open
     lock = tmp_path / ".snakemake" / "locks" / "0.output.lock"
     log = tmp_path / ".snakemake" / "log" / "now.log"
     for path in (lock, log):
@@ -62,7 +59,6 @@ def test_a_run_in_progress_is_told_from_one_that_has_ended_or_was_killed(tmp_pat
 
 
 def test_status_has_every_stage_of_a_study():
-    # red: optimise, severity, measurement or base left out of `stage_names`
     design = load_any_study(STUDIES / "design_launch.yaml")
     assert "optimise" in progress.stage_names(design)
     shaker = load_any_study(STUDIES / "shaker.yaml")
@@ -70,7 +66,6 @@ def test_status_has_every_stage_of_a_study():
 
 
 def test_status_has_coupled_runs_before_the_response_and_their_packings():
-    # red: "coupled" after "response"; the coupon without `is_coupled`
     study = load_any_study(STUDIES / "layouts.yaml")
     lines = list(progress.stages(study, {"pour": 3, "coupled_scenario": 4, "coupled": 1}))
     stages = [line.split()[0] for line in lines]
@@ -80,7 +75,6 @@ def test_status_has_coupled_runs_before_the_response_and_their_packings():
 
 
 def test_status_has_a_row_of_every_optional_stage():
-    # red: the search left out
     study = load_any_study(STUDIES / "design_launch.yaml")
     lines = list(progress.stages(study, {"optimise": 1}))
     assert [line.split()[0] for line in lines] == [

@@ -17,12 +17,12 @@ from pidpanel.geometry.polygon import overlap
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
 from pidpanel.study.base_motion import BaseMotion, Limits, RandomMotion
-from pidpanel.study.dampers import ImpedanceDamper, TableDamper
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
 from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.sound import Sound
+from pidpanel.study.stated_dampers import ImpedanceDamper, TableDamper
 from pidpanel.text_files import TextFileError, read_text
 
 LARGEST_DECK = 1_000_000  # most bytes of a deck

@@ -1,6 +1,7 @@
 """A study on a shaker without sound: what it may have, its rules, its page."""
 
 import pytest
+import yaml
 from moving import HERE, run_stages
 
 from pidpanel.check import checked_study
@@ -26,7 +27,9 @@ def alone(tmp_path_factory):
 def test_a_study_of_base_motion_alone_is_allowed(alone):
     study = checked_study(alone)
     assert study.sound is None and study.oaspl_db is None
-    assert [scenario.label for scenario in study.all_scenarios()] == ["bare", "PID-1_r0.5"]
+    assert [scenario.label for scenario in study.all_scenarios()] == [
+        "bare", "PID-1_acrylic_r0.5", "PID-1_printed_r0.5",
+    ]  # fmt: skip
     with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
         _ = study.acoustics
 
@@ -63,23 +66,22 @@ def test_layouts_are_searched_under_base_motion_but_not_under_a_sound_that_is_no
     alone, tmp_path
 ):
     path = tmp_path / "asks.yaml"
-    dampers = "dampers: {pad: {equivalent_damping_n_s_m3: 400, apparent_mass_kg_m2: 4}}"
-    search = "optimise: {mass_kg: 1, patch_size_m: [0.2, 0.2]}"
-    path.write_text(f"{alone.read_text()}{dampers}\n{search}\n")
+    pad = "pad: {equivalent_damping_n_s_m3: 400, apparent_mass_kg_m2: 4}"
+    text = alone.read_text().replace("dampers: {", f"dampers: {{{pad}, ")
+    search = "optimise: {mass_kg: 1, patch_size_m: [0.2, 0.2], dampers: [pad]}"
+    path.write_text(f"{text}{search}\n")
     study = load_study(path)
     assert counted_excitations(study) == ["base"]
     wanted = jobs(snakemake(tmp_path, path, "-n"))
-    assert set(wanted) == {"panel", "base", "optimise", "report"}
+    assert set(wanted) == {"panel", "base", "base_export", "optimise", "report"}
     for wanted in ("sound", "both"):
-        path.write_text(
-            f"{alone.read_text()}{dampers}\n{search.replace('}', f', excitation: {wanted}}}')}\n"
-        )
+        path.write_text(f"{text}{search.replace('}', f', excitation: {wanted}}}')}\n")
         with pytest.raises(StudyError, match=f"excitation.*{wanted} needs a section sound"):
             load_study(path)
 
 
 def test_panel_base_and_report_are_all_that_runs(alone, tmp_path):
-    assert set(jobs(snakemake(tmp_path, alone, "-n"))) == {"panel", "base", "report"}
+    assert set(jobs(snakemake(tmp_path, alone, "-n"))) == {"panel", "base", "base_export", "report"}
 
 
 @pytest.mark.slow
@@ -89,7 +91,7 @@ def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
     page = tmp_path / "report.html"
     write_study_page(study, alone, tmp_path, page, tmp_path / "report")
     text = page.read_text()
-    assert "PID-1, r = 0.5 lowers the largest acceleration of all points most, to" in text
+    assert "PID-1, acrylic, r = 0.5 lowers the largest acceleration of all points most, to" in text
     assert (
         "C_e is negative, so there is no steady" in text
         and "radiation into the air is not included" in text
@@ -99,12 +101,9 @@ def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
     assert "Sound" not in text.replace("Soundness", "")
 
 
-COUPON = """dampers:
-  acrylic:
-    coupon:
-      cell: {shape: hexagon, across_flats_mm: 6.35, depth_mm: 25, count: 3}
-      particles: {diameter_mm: 2, density_kg_m3: 1190, youngs_modulus_mpa: 50}
-      sweep: {fill_fraction: [0.1, 0.9], frequency_hz: [30], acceleration_g: [4]}
+BED = """
+    cell: {shape: hexagon, across_flats_mm: 6.35, depth_mm: 25, count: 3}
+    particles: {diameter_mm: 2, density_kg_m3: 1190, youngs_modulus_mpa: 50}
 """
 
 
@@ -113,17 +112,17 @@ COUPON = """dampers:
     [
         ("", "", None),
         ("base:", f"{SOUND}base:", "base = "),
-        ("[coupled, table], table: acrylic_2mm.csv", "[coupled]", "base.sine = "),
-        ("  random:", "  x-random:", "base.random: missing; required for the damping model"),
+        ("[bed, table]", "bed", "base.sine = "),
+        ("  random:", "  x-random:", "base.random: missing; required for dampers with model"),
     ],
 )
 def test_coupled_runs_move_the_supports_of_a_study_without_sound(
     alone, tmp_path, old, new, message
 ):
-    text = alone.read_text().replace("[table, paper_printed]", "[coupled, table]")
-    text = text.replace("damping:", f"{COUPON}damping:", 1)
+    lines = alone.read_text().splitlines()
+    lines[1] = f"dampers:\n  table: {{table: acrylic_2mm.csv}}\n  bed:{BED}"
+    text = "\n".join(lines).replace("[acrylic, printed]", "[bed, table]")
     path = tmp_path / "coupled.yaml"
-    text = text.replace("patch: PID-1,", "patch: PID-1, damper: acrylic,")
     if new == "  x-random:":
         lines = [
             line for line in text.splitlines() if not line.startswith(("  random", "  limits"))
@@ -132,14 +131,18 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(
     path.write_text(text.replace(old, new) if old else text)
     if message is None:
         study = load_study(path)
-        assert list(coupled_scenarios(study)) == ["PID-1_r0.5"]
-        assert depends_on(study, "PID-1_r0.5")["base"]["random"]["overall_g"] == 10.0
+        assert list(coupled_scenarios(study)) == ["PID-1_bed_r0.5"]
+        assert depends_on(study, "PID-1_bed_r0.5")["base"]["random"]["overall_g"] == 10.0
         return
     with pytest.raises(StudyError, match=message):
         load_study(path)
 
 
-def test_an_export_without_sound_is_refused_in_a_line(alone, tmp_path):
-    arguments = ["export", str(alone), "--directory", str(tmp_path)]
-    with pytest.raises(StudyError, match="sound: missing; this is a study of base motion alone"):
+def test_an_export_of_a_sweep_alone_is_refused_in_a_line(alone, tmp_path):
+    # red: base.random not asked for
+    values = yaml.safe_load(alone.read_text())
+    values["base"] = {"sine": {"frequency_hz": [20, 200], "acceleration_g": 1}}
+    (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(values))
+    arguments = ["export", str(tmp_path / "sweep.yaml"), "--directory", str(tmp_path)]
+    with pytest.raises(StudyError, match=r"only sound and base\.random have files"):
         pidpanel.main(arguments, standalone_mode=False)

@@ -59,13 +59,11 @@ def dense_gains(panel, frequency, damping, mass, kept):
 
 
 def test_the_modal_basis_is_good_under_base_motion(panel):
-    # red: no K⁻¹ M 1; the force of a pressure
     assert checked(panel, slice(None)).max() < ALLOWED / 10
 
 
 @pytest.mark.parametrize("count", [3, 6])
 def test_the_error_is_that_against_dense_matrices(panel, count):
-    # red: no s d/ω² in the force; relative motion; error over the PSD of the point alone
     modes = np.flatnonzero(~panel.supported.basis.is_residual)[:count]
     errors = checked(panel, modes)
     assert errors.max() > 0.02
@@ -87,7 +85,6 @@ def test_the_error_is_that_against_dense_matrices(panel, count):
 def test_a_basis_is_widened_by_what_all_motions_miss_until_the_last_attempt(
     monkeypatch, capsys, missed, calls, error, lines
 ):
-    # red: the smallest error; an attempt more or less; silence above what is allowed
     widths = []
 
     def supported_in(start, plate, further_shapes, highest, mass):
@@ -104,7 +101,7 @@ def test_a_basis_is_widened_by_what_all_motions_miss_until_the_last_attempt(
     monkeypatch.setattr(basis_check, "_check", check)
     plate = SimpleNamespace(shapes=np.zeros((5, 4)))
     last, largest = basis_check.checked_panel(
-        None, plate, np.zeros((5, 0)), HIGHEST, 1.0, lambda supported: (0, 1), [], None
+        None, plate, np.zeros((5, 0)), HIGHEST, 1.0, lambda supported: (0, 1), []
     )
     assert (last, largest) == (calls, error)
     assert widths == [sum(missed) * attempt for attempt in range(calls)]
@@ -112,7 +109,6 @@ def test_a_basis_is_widened_by_what_all_motions_miss_until_the_last_attempt(
 
 
 def test_dampers_on_both_parts_of_the_face_are_one_on_the_whole_face(panel):
-    # red: the force on the first patch alone
     basis, vectors = panel.supported.basis, panel.supported.vectors
     draw = np.random.default_rng(0)
     of_basis, whole = (1e-5j * draw.normal(size=(rows, 2)) for rows in vectors.T.shape)

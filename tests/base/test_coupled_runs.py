@@ -51,7 +51,7 @@ def coupled(panel):
     )
     bed = SimpleNamespace(packing=SimpleNamespace(cell_area=0.08 / STATIONS))
     patch = SimulatedPatch("PID-1", 1e9, (bed,))
-    return excited.with_patches(CoupledScenario("mass", 1.0, (patch,), ()))
+    return excited.with_patches(CoupledScenario("mass", 1.0, (patch,), {}))
 
 
 def recorded(coupled, mass):

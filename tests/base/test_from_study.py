@@ -48,6 +48,7 @@ def test_each_layout_comes_once_whatever_its_sound_level(shaken):
     assert [scenario.label for scenario in base_scenarios(shaken[0])] == [
         "bare",
         "PID-1_acrylic_r0.5",
+        "PID-1_printed_r0.5",
     ]
 
 
@@ -206,12 +207,13 @@ def test_measurements_under_base_motion_are_compared_with_the_base(shaken, tmp_p
     ratio = of_gain["computed_transmissibility"] / of_gain["measured_transmissibility"]
     np.testing.assert_allclose(ratio, 2, rtol=1e-3)
     measured = MeasurementResults(*(pd.read_csv(file) for file in files))
-    names = dict.fromkeys(base_labels(study).values(), "half full")
+    names = {label: f"half full, {label}" for label in base_labels(study).values()}
     curves = curves_of(read_base(shaken[1], study.base.parts))
     with style.context():
         section = measurement_section(measured, {"base": curves}, names)
     texts = [block.text for block in blocks_of(section) if block.kind == "paragraph"]
-    assert "point aside under base motion, half full" in texts[0]
+    assert "point aside under base motion, 30" in texts[0]
+    assert "half full, PID-1_acrylic_r0.5: " in texts[0]
     assert texts[1].startswith("transmissibility: transmissibility of point aside under base")
 
 

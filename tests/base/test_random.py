@@ -10,7 +10,6 @@ from moving import APPARENT, DAMPING, WHITE, solved
 from pidpanel.base import random
 from pidpanel.base.random import Limit, force_slopes, interface_force_psd
 from pidpanel.damping.broadband import BroadbandError
-from pidpanel.damping.coupled import COUPLED
 from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.base_motion import TABLE_MASS, BaseExcitation
 from pidpanel.solve.excitation import ModalForce
@@ -62,7 +61,8 @@ def test_the_own_force_of_particles_reaches_the_supports_through_the_spring():
     layout = DamperLayout((load,), force=force)
     (answer,) = solve_with(solver, [layout])
     none = SolvedCase(*[None] * len(fields(SolvedCase)))
-    case = replace(none, solver=solver, layout=layout, dampers=(), model=COUPLED)
+    coupled = SimpleNamespace(is_coupled=True)
+    case = replace(none, solver=solver, layout=layout, dampers=(), scenario=coupled)
     made = random._response(case, answer)
     omega = 2 * np.pi * frequency
     stiffness, dashpot = MASS * (2 * np.pi * OWN) ** 2, 2 * RATIO * MASS * 2 * np.pi * OWN
@@ -140,7 +140,7 @@ def test_the_slopes_of_the_force_are_those_of_the_solver(panel):
 LINES = np.array([10.0, 20.0])
 
 
-def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), model="stated"):
+def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), is_coupled=False):
     """A case whose points and momenta have a matrix of cross-PSDs (3, 3) on two lines."""
     cross = np.zeros((2, 3, 3, 3), np.complex128)
     cross[:] = square
@@ -154,13 +154,15 @@ def made_up(square, inside=None, loads=(), stiffness=(0.0, 0.0), model="stated")
     excitation = SimpleNamespace(spectrum=lambda f: 3 * f)
     solver = SimpleNamespace(excitation=excitation)
     layout = DamperLayout(())
-    return SimpleNamespace(solver=solver, model=model, dampers=loads, layout=layout), answer
+    return SimpleNamespace(
+        solver=solver, scenario=SimpleNamespace(is_coupled=is_coupled), dampers=loads, layout=layout
+    ), answer
 
 
 def test_a_response_has_accelerations_deflections_and_the_force_of_its_patches():
     square = np.diag([2.0, 5.0, 7.0])
     inside = np.array([[True, True], [True, False]])
-    case, answer = made_up(square, inside, (0, 1), (3.0, 0.5), COUPLED)
+    case, answer = made_up(square, inside, (0, 1), (3.0, 0.5), is_coupled=True)
     made = random._response(case, answer)
     omega = np.array([62.83185307, 125.66370614])
     np.testing.assert_allclose(made.input, [30, 60])
@@ -198,9 +200,9 @@ def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_mode
     np.testing.assert_allclose(errors.log_psd[:, :3], [[1, 2, 3]] * 2)
     np.testing.assert_allclose(errors.log_psd[:, 3], np.hypot(5, np.hypot(8, 6)))
     np.testing.assert_allclose(errors.log_rms, [1, 2, 3, np.hypot(5, 5)])
-    case.model = COUPLED
+    case.scenario.is_coupled = True
     assert random._errors(case, answer, undamped / 4) is None
-    case.model, case.dampers = "stated", ()
+    case.scenario.is_coupled, case.dampers = False, ()
     assert random._errors(case, answer, undamped) is None
 
 
@@ -221,7 +223,7 @@ def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
     solver = SimpleNamespace(with_excitation=lambda psd: psd)
     case = SolvedCase(*[None] * len(fields(SolvedCase)))
     case = replace(case, layout=None)
-    stated = random.RandomCase(None, "stated", LINES, answer(None, np.array([0.2, 0.5])))
+    stated = random.RandomCase(None, LINES, answer(None, np.array([0.2, 0.5])))
     notched = random._with_notches(stated, case, solver, [Limit(0, "psd", 2.7)])
     np.testing.assert_allclose(inputs, [[0.2, 0.3]])
     np.testing.assert_allclose(notched.notched.absolute[:, 0], [1.8, 2.7])
@@ -229,9 +231,8 @@ def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
 
 
 def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):
-    kinds = [(COUPLED, "a"), (COUPLED, "b"), ("stated", "a")]
     none = SolvedCase(*[None] * len(fields(SolvedCase)))
-    cases = [replace(none, model=kind, scenario=SimpleNamespace(label=x)) for kind, x in kinds]
+    cases = [replace(none, scenario=SimpleNamespace(label=label)) for label in "ab"]
     plan = SimpleNamespace(solve=lambda _: cases)
     monkeypatch.setattr(random, "plan_cases", lambda *_: plan)
     empty = random.RandomResponse(*[np.zeros((2, 1))] * 4, None, 0.0)
@@ -240,6 +241,6 @@ def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):
         solver=lambda: SimpleNamespace(with_lines=lambda *_: None), frequency=LINES
     )
     errors = {"a": StandardErrors(np.ones((2, 1)), np.ones(1), np.ones(0))}
-    made = random.random_cases(panel, np.zeros(0), [], None, [], errors)
-    assert [case.stated.errors is None for case in made] == [False, True, True]
+    made = random.random_cases(panel, np.zeros(0), [], [], errors)
+    assert [case.stated.errors is None for case in made] == [False, True]
     np.testing.assert_array_equal(made[0].stated.errors.log_rms, [1, np.nan])

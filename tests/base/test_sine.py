@@ -18,7 +18,6 @@ def damper(law):
 
 
 def test_the_damping_is_that_of_each_frequencys_own_amplitude(panel):
-    # red: Γ of the whole sweep; √2; the amplitude of the point
     def law(gamma):
         return 300 / gamma
 
@@ -48,7 +47,6 @@ class Prescribed:
 
 @pytest.mark.parametrize(("down", "last"), [(False, 2.0), (True, 0.0)])
 def test_each_line_is_solved_once_from_the_line_before(down, last):
-    # red: the highest line solved again after a sweep down; motions of the patches returned
     outcomes = [lambda x: 0 * x + 2, lambda x: 0 * x + 2, lambda x: x - x * (x - 1) * (x - 2) / 2]
     transfer = Prescribed([40.0, 50.0, 60.0], outcomes)
     result = sweep(transfer, [damper(lambda gamma: 10 + np.log(gamma))], AMPLITUDE, down=down)
@@ -70,7 +68,6 @@ def leaping(roots):
 
 
 def test_the_motion_that_follows_is_the_nearest_stable_one_of_all_loads():
-    # red: the farthest; an unstable one; the load that changes least; signed distances
     first = leaping([(1.5, 0.5, 0.2), (2.9, -1.0, 0.3), (-1.3, -1.0, 0.4)])
 
     def outcome(x):
@@ -82,7 +79,6 @@ def test_the_motion_that_follows_is_the_nearest_stable_one_of_all_loads():
 
 
 def test_the_force_of_the_supports_is_that_of_all_momenta_and_of_each_damper():
-    # red: the integral over another patch; momentum with the other sign
     motion = np.array([[2.0 + 1j, 7.0, 11.0], [1.0, 5.0, 3.0]])
     s = np.array([[1j, 2.0], [10.0, 100j]])
     force = interface_force(np.array([0.5, 1.0]) / np.pi, motion, [0, 1], s)
@@ -90,7 +86,6 @@ def test_the_force_of_the_supports_is_that_of_all_momenta_and_of_each_damper():
 
 
 def test_where_two_motions_are_possible_the_sweeps_differ(panel):
-    # red: every line from the same start
     # a bed that rides on the panel at rest and leaves it in motion: the resonance moves up with Γ
     def leaving(frequency, gamma):
         return 0 * frequency + 20, 0 * frequency + 4 / (1 + (gamma / 15) ** 4), frequency > 0

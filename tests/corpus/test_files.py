@@ -15,22 +15,18 @@ GRID = "GRID,6,,400.0,400.0,0.0"
 QUAD = "CQUAD4,1,1,1,2,6,5"
 # (base, what is there or "" for all, what is written instead, place and cause of each mistake)
 CASES = [
-    ("thin", "center_hz,spl_db", "centre_hz,spl_db", "line 2: column 'centre_hz'"),
-    ("thin", "center_hz,spl_db", "frequency,level", "line 2: column 'frequency'", "line 2: column 'level'"),
-    ("thin", "center_hz,spl_db", "center_hz;spl_db", "line 2: columns must be separated"),
-    ("thin", "center_hz,spl_db\n", "", "line 2: must name the columns"),
+    ("thin", "center_hz,spl_db", "when,loud", "line 2: column 'when'", "line 2: column 'loud'"),
     ("thin", "63,124", "63,632", "line 3: spl_db = 632"),
     ("thin", "63,124", "63,", "line 3: spl_db = (empty)"),
     ("thin", "63,124", "63,124,5", "line 3: has 3 values"),
     ("thin", "63,124\n80,126", "66,124\n80,x", "line 3: center_hz = 66", "line 4: spl_db = 'x'"),
     ("thin", "100,128\n", "100,128\n80,126\n", "line 6: center_hz = 80"),
     ("thin", "125,130\n", "", "line 6: between 100 and 160 Hz there is a gap"),
-    ("thin", "", "", "empty"),
+    ("thin", "", " ", "empty"),
     ("thin", "", "center_hz,spl_db\n125,130\n", "1 band"),
     ("thin", "", "center_hz,spl_db\n63,1.2\n125,8.1\n250,9.7\n500,3.1\n", "bands sum to"),
     ("thin", "", "frequency_hz,psd_pa2_hz\n60,20\n500,-3\n", "line 3: psd_pa2_hz = -3"),
-    ("thin", "", OCTAVES + "OASPL,137.5\n", "line 6: center_hz = 'OASPL'"),
-    ("thin", "", OCTAVES.replace(",", " "), "line 1: columns must be separated by ',', not by blanks"),
+    ("thin", "", OCTAVES + "OASPL,137.5\n", "line 6: states 137.5 dB"),
     ("sandwich", "acceleration_g", "acceleration_m_s2", "line 2: column 'acceleration_m_s2'"),
     ("sandwich", "fill_fraction,", "frequency_hz,", "line 2: column frequency_hz: given twice"),
     ("sandwich", ROW, "40,100,1,820,5.1", "line 3: fill_fraction = 40"),
@@ -41,7 +37,6 @@ CASES = [
     ("shaker", "80,0.04,0\n300", "300,0.04,0\n80", "line 5: frequency_hz = 80 follows 300"),
     ("shaker", "20,0.01,3\n80,0.04,0", "20,0.01,\n80,,", "line 4: a gap"),
     ("shaker", "20,0.01,3", "20,0.01,-3", "line 3: slope_db_octave = -3"),
-    ("shaker", "80,0.04,0", "80,15.4,0", "line 4: acceleration_psd_g2_hz = 15.4"),
     ("file", GRID, "GRID,6,,400.0,400.0,5.0", "node 6: z = 0.005 m"),
     ("file", GRID, "GRID,6,,nan,400.0,0.0", "panel.bdf:8: GRID: nan"),
     ("file", GRID, "GRID,5,,400.0,400.0,0.0", "node 5 appears twice"),
@@ -59,7 +54,6 @@ CASES = [
 def test_a_file_that_cannot_be_read_is_told_line_by_line(
     written, folder, bases, files, change, case
 ):
-    # red: any one of the checks of columns, sound.table, damping.table_files, nastran, flat_mesh
     base, old, new, *causes = case
     name, key = FILES[base]
     try:
@@ -73,7 +67,6 @@ def test_a_file_that_cannot_be_read_is_told_line_by_line(
 
 
 def test_a_file_that_is_too_large_is_told(written, folder, bases):
-    # red: no `limit` in read_text
     with (folder / "huge.csv").open("wb") as file:
         file.truncate(30_000_000)
     (told,) = written(bases["thin"].replace("spectrum.csv", "huge.csv")).told()
@@ -86,7 +79,6 @@ def test_a_file_that_is_too_large_is_told(written, folder, bases):
     " center_hz , spl_db # Hz, dB\n\n63, 1.24e2 # a band\n125,+130\n250,131\n500,127\n\n",
 ])  # fmt: skip
 def test_a_file_that_is_odd_and_right_is_read(written, folder, bases, files, content):
-    # red: columns by their place; no strip of cells; decode("utf-8")
     path = folder / "spectrum.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     told = written(bases["thin"]).told()
@@ -95,7 +87,6 @@ def test_a_file_that_is_odd_and_right_is_read(written, folder, bases, files, con
 
 
 def test_meshes_of_nastran_and_gmsh_are_read(written, bases, change):
-    # red: a check of pieces that takes triangles for pieces
     study = bases["file"]
     assert written(study).told() == []
     for old, new in (("panel.bdf", "panel.msh"), ("grid: 7", "grid: 3"),

@@ -16,8 +16,6 @@ CASES = [
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[0]}: {case[2][:50]!r}")
 def test_what_cannot_be_meant_is_refused(wrong, case):
-    # red: `return number` for the `raise` in Quantity.__call__; no units; `scalar_of` of quoted
-    # text; `_check_layouts`, `_check_masses` without its yield; found_file without a condition
     base, old, new, mistakes = case
     wrong(base, old, new, *mistakes)
 
@@ -31,7 +29,6 @@ def test_what_cannot_be_meant_is_refused(wrong, case):
     ],
 )  # fmt: skip
 def test_more_values_than_a_machine_computes_are_refused(wrong, base, old, key, count, mistake):
-    # red: no `MOST_RUNS`, no `LARGEST`; 10,000 fills of a search had no end after 150 s
     values = ", ".join(f"{0.1 + k * (0.01 if count < 100 else 1e-6):.6f}" for k in range(count))
     wrong(base, old, f"{key}{': ' if key[-1:] == 'n' else ''}[{values}]{'}' * key.count('{')}", mistake)  # fmt: skip
 
@@ -41,7 +38,6 @@ def keys(told):
 
 
 def test_mistakes_between_sections_are_told_where_there_are_none_within(written, bases, change):
-    # red: `mistakes_of_scenarios` that stops at its first mistake
     study = change(bases["sandwich"], "damper: lab", "damper: Lab")
     study = change(study, "slanted: {damper: foil}", "slantd: {damper: foil}")
     assert keys(written(study).told()) == ["scenarios.fill.damper", "scenarios.both.layout.slantd"]
@@ -51,7 +47,6 @@ def test_mistakes_between_sections_are_told_where_there_are_none_within(written,
 
 
 def test_a_cell_has_one_fill_and_may_lie_under_a_blanket(written, bases, change):
-    # red: `if filled.fill_fraction is not None` left out of _check_layouts
     study = change(bases["sandwich"], "centre_m: [0.4, 0.3]", "centre_m: [0.2, 0.65]")
     assert written(study).told() == []
     study = change(study, "round: {damper: Tuned}", "round: {damper: lab, fill_fraction: 0.5}")
@@ -62,11 +57,9 @@ def test_a_cell_has_one_fill_and_may_lie_under_a_blanket(written, bases, change)
 
 
 def test_the_fills_of_a_table_are_compared(written, bases, change):
-    # red: no _check_range
     study = change(bases["sandwich"], "[0.4, 0.8]\n  both", "[0.4, 0.95]\n  both")
     assert keys(written(study).told()) == ["scenarios.fill.fill_fraction[1]"]
 
 
 def test_a_section_that_is_missing_brings_no_mistakes_of_others(written, bases, change):
-    # red: a check of what is not there
     assert keys(written(change(bases["thin"], "panel:\n", "panl:\n")).told()) == ["panel", "panl"]

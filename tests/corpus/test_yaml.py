@@ -22,7 +22,6 @@ KEYS = "must be a mapping with keys such as name, coupon, panel"
     ],
 )  # fmt: skip
 def test_a_file_that_is_no_study_is_refused(written, text, told):
-    # red: read_text without one of its conditions
     assert written(text).told() == told.split("\n")
 
 
@@ -47,7 +46,6 @@ ACCEPTED = [
 
 @pytest.mark.parametrize("case", ACCEPTED, ids=lambda case: f"{case[0]}: {case[2][:50]!r}")
 def test_what_is_odd_and_right_is_read_as_it_is_meant(written, bases, change, case):
-    # red: `scalar_of` of quoted text; keys by `scalar_of`; no `written` in base._as_written
     base, old, new, way, value = case
     place = written(change(bases[base], old, new))
     assert place.told() == []
@@ -65,7 +63,6 @@ def test_what_is_odd_and_right_is_read_as_it_is_meant(written, bases, change, ca
     lambda text: text.rstrip("\n").encode(),
 ])  # fmt: skip
 def test_a_text_of_any_system_is_read(written, bases, encode):
-    # red: decode("utf-8") in text_files.decoded
     place = written(encode(bases["thin"]))
     assert place.told() == []
     assert load_any_study(place.study).title == "A small panel"
@@ -80,7 +77,6 @@ def test_a_text_of_any_system_is_read(written, bases, encode):
 def test_a_file_whose_name_cannot_be_that_of_the_study_is_told_what_to_do(
     written, bases, name, better
 ):
-    # red: reading._of_file_name returns the mistake as it is
     (told,) = written(bases["coupon"], name).told()
     assert told.startswith(f"{name}: name: missing; the name of the file, ")
     assert told.endswith(f"; such as name: {better}")
@@ -88,7 +84,6 @@ def test_a_file_whose_name_cannot_be_that_of_the_study_is_told_what_to_do(
 
 
 def test_every_number_is_read_as_yaml_1_2_has_it():
-    # red: 031 as 31, `on` as true
     text = "a: [1, -1, +1, 0, 1.5, 1e3, 1.e-3, .5, -.inf, 010, 0x1, 1_0, 1:2, on, y, 2024-01-01]"
     found = Content(text).data["a"]
     assert found == [1, -1, 1, 0, 1.5, 1000.0, 1e-3, 0.5, float("-inf"), "010", "0x1", "1_0",

@@ -69,7 +69,6 @@ def decibels(frequency, found, wanted):
 @pytest.mark.slow
 def test_without_particles_the_panel_does_what_the_closed_form_says(plate, oscillators):
     # 0.05 dB a third octave is asked for; ten rows a period of the highest tone leave 0.005
-    # red: before_hold left out (0.2 dB at 700 Hz)
     none = oscillators(np.full(8, 1e-15), np.full(8, 1e-12), np.zeros(8), STEP)
     found = run(plate, none, lambda f: np.zeros((len(f), 8)))
     assert np.abs(decibels(*found[:3])).max() < 0.02
@@ -109,19 +108,17 @@ def test_particles_in_closed_form_change_the_panel_as_their_impedance_says(
     shaken, stand_in, substeps
 ):
     # what is left is of first order in the step: a force from the speed of the step's middle
-    # red: `kick` of the interval before; velocity_per_impulse without 1/mass; += …@ due
     found = shaken(stand_in, substeps)
     assert np.abs(decibels(*found[:3])).max() < 0.05
     balance = found[3].balance
     share = balance.particles / balance.excitation
     assert share > 0.1 if stand_in is dashpot else abs(share) < 0.05
-    # allowed is 1 % in a run; red: 2 / 3 → 1 / 3 in `simpson`; 0.5 left out of the work
+    # allowed is 1 % in a run
     assert abs(balance.error) < 2e-3
 
 
 @pytest.mark.slow
 def test_the_difference_falls_with_the_interval(shaken):
-    # red: `ahead *= 0`: a force that acts late is of first order too, but two and three times that
     errors = []
     for intervals in (INTERVALS, 2 * INTERVALS):
         _, found, wanted, _ = shaken(dashpot, 1, intervals)
@@ -153,7 +150,6 @@ class Ball:
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_a_free_panel_and_a_ball_part_with_the_momentum_that_they_had(substeps):
     # a contact of twelve intervals whose force is a guess for half of each: none of it is lost
-    # red: `total + ahead - applied` → `2 * ahead`; `following` → `w` in `kick`
     panel_mass, ball_mass, speed = 3.0, 1.0, -2.0
     one = np.ones((1, 1))
     panel = ModalBasis([0.0], [panel_mass], [1e-3]), one, one
@@ -175,7 +171,6 @@ def test_a_free_panel_and_a_ball_part_with_the_momentum_that_they_had(substeps):
 @pytest.mark.slow
 def test_cells_stand_for_a_larger_area(shaken, plate, oscillators):
     # a tenth of the mass in a tenth of the area is the same damper
-    # red: patch_area / cell_area → 1
     part = dashpot(oscillators)
     for name in ("mass", "stiffness", "damping"):
         setattr(part, name, getattr(part, name) / 10)
@@ -183,7 +178,7 @@ def test_cells_stand_for_a_larger_area(shaken, plate, oscillators):
     other = run(plate, part, dashpot(oscillators).impedance, cell_area=plate.area / 10)
     assert other[1] == pytest.approx(first[1], rel=1e-9, abs=1e-12 * np.abs(first[1]).max())
     assert other[3].impulse == pytest.approx(first[3].impulse, rel=1e-9, abs=1e-9)
-    # and takes the same energy; red: `due * ratio` → `due / ratio`
+    # and takes the same energy
     for name in ("excitation", "modes", "particles", "gain"):
         value = getattr(first[3].balance, name)
         assert getattr(other[3].balance, name) == pytest.approx(value, rel=1e-9)
@@ -193,7 +188,6 @@ def test_cells_stand_for_a_larger_area(shaken, plate, oscillators):
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_the_impulse_is_that_of_the_walls(shaken, substeps):
     # on a mass that follows the panel: its momentum per area
-    # red: `impulse[index] = applied` (half an interval ahead)
     record = shaken(mass, substeps)[3]
     speed = np.gradient(record.at_cells, record.interval, axis=0)[5:-5]
     momentum = 6.0 * speed
@@ -207,7 +201,6 @@ def test_the_impulse_is_that_of_the_walls(shaken, substeps):
 
 @pytest.mark.parametrize("substeps", [1, 4])
 def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators, substeps):
-    # red: `previous` of the state ← `w`; `total` or `applied` begun anew; `row` from 0
     rng = np.random.default_rng(3)
     force = rng.standard_normal((31, plate.count))
     shapes = plate.modal, plate.at_cells, plate.at_points
@@ -227,13 +220,11 @@ def test_in_pieces_a_run_is_the_same_to_the_bit(plate, oscillators, substeps):
 
 
 def test_the_error_is_the_share_of_the_energy_that_is_missing():
-    # red: `- self.gain` → `+`; `/ self.excitation` → `*`
     assert Balance(excitation=20.0, modes=9.0, particles=6.0, gain=3.0).error == pytest.approx(0.1)
     assert Balance(excitation=20.0, modes=9.0, particles=6.0, gain=7.0).error == pytest.approx(-0.1)
 
 
 def test_what_does_not_fit_is_refused(plate, oscillators):
-    # red: either check left out
     few = oscillators(np.ones(3), np.ones(3), np.zeros(3), STEP)
     shapes = plate.modal, plate.at_cells, plate.at_points
     of = (*shapes, plate.area, plate.area, np.zeros((3, plate.count)), STEP, 1)

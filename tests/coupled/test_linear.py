@@ -45,7 +45,6 @@ def wanted_psd(matrix, seen, force):
 
 
 def test_motion_is_that_of_all_equations(plate, damped):
-    # red: frequency left out of `_pull`; observed - → + in `Receptances.motions`
     rng = np.random.default_rng(3)
     amplitude = rng.standard_normal((LINES, plate.count)) + 1j
     found = linear_motion(*damped.panel, damped.load, amplitude)
@@ -61,7 +60,6 @@ def on_lines(damped, matrix):
 @pytest.mark.parametrize("kind", [float, complex])
 def test_psds_are_those_of_all_equations(plate, damped, kind):
     # of three dampers at once: none, one, and one under another force
-    # red: id(force) of the first for all; load[lines] → load[:1]; free - → free +
     rng = np.random.default_rng(4)
     sound, own = hermitian(rng, plate.count, kind), hermitian(rng, plate.count, float)
     both, alone = on_lines(damped, sound + own), on_lines(damped, sound)
@@ -76,7 +74,6 @@ def test_psds_are_those_of_all_equations(plate, damped, kind):
 
 
 def test_of_no_damper_the_panel_is_bare(plate, damped):
-    # red: the real part of 1/Z₀ in `MovedPanel`
     frequency, modal, _, _, seen = damped.panel
     sound = hermitian(np.random.default_rng(6), plate.count, float)
     none = np.zeros((LINES, 0), complex), on_lines(damped, sound)
@@ -85,7 +82,6 @@ def test_of_no_damper_the_panel_is_bare(plate, damped):
 
 
 def test_a_panel_in_air_has_the_whole_matrix(plate, damped):
-    # red: the diagonal of Z₀ alone; `added` of other lines
     air = 2e4 * hermitian(np.random.default_rng(7), plate.count, float)[0] * (0.3 + 0.1j)
     frequency, modal, _, felt, seen = damped.panel
 

@@ -72,12 +72,3 @@ def test_two_cells_that_feel_one_force_have_the_coherence_one():
     found = fitted_own_force(np.ones((3, 2, 2)), np.ones(3), CENTRE, 0.1 * (1 - np.eye(2)))
     assert 30 < found.length < 80
     assert found.coherence.tolist() == [1.0, 1.0, 1.0]
-
-
-def test_a_cell_that_is_louder_changes_the_psd_alone():
-    gain = np.linspace(0.2, 3.0, len(PLACE))
-    frequency, own = drawn(5, PLACE, np.array([0.9, 0.6, 0.3]), 30.0)
-    one, other = (fitted(frequency, scale * own, PLACE) for scale in (1.0, gain))
-    assert other.coherence == pytest.approx(one.coherence, rel=1e-9)
-    assert other.length == one.length
-    assert other.psd == pytest.approx(np.mean(gain**2), rel=0.1)

@@ -21,21 +21,34 @@ def elastic(modulus, friction):
 
 
 STEEL = elastic(2.85e7, 0.3)
-NOTHING = balance.Contacts(np.empty(0, int), np.empty(0, int), np.empty(0, int), np.empty((0, 3)))
 FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 
 
-def one(position, velocity, spin=None, earlier=None):
-    """A sphere in frames, (frames, 3) each."""
-    position, velocity = np.asarray(position)[:, None], np.asarray(velocity)[:, None]
+def spheres(radius, mass, position, velocity, spin=None, earlier=None):
+    position, velocity = np.asarray(position, float), np.asarray(velocity, float)
     return balance.SphereFrames(
-        radius=np.array([RADIUS]),
-        mass=np.array([MASS]),
-        position=position,
-        velocity=velocity,
-        spin=np.zeros_like(velocity) if spin is None else np.asarray(spin)[:, None],
-        earlier_velocity=velocity if earlier is None else np.asarray(earlier)[:, None],
-        earlier_spin=np.zeros_like(velocity) if spin is None else np.asarray(spin)[:, None],
+        np.asarray(radius, float), np.asarray(mass, float), position, velocity,
+        np.zeros_like(velocity) if spin is None else np.asarray(spin, float),
+        velocity if earlier is None else np.asarray(earlier, float),
+        np.zeros_like(velocity) if spin is None else np.asarray(spin, float),
+    )  # fmt: skip
+
+
+def contacts(frame=(), first=(), second=(), force=(), torque=None):
+    return balance.Contacts(
+        np.array(frame, int), np.array(first, int), np.array(second, int),
+        np.array(force, float).reshape(-1, 3),
+        None if torque is None else np.array(torque, float).reshape(-1, 3),
+    )  # fmt: skip
+
+
+NOTHING = contacts()
+
+
+def one(*motion):
+    """A sphere in frames: position, velocity and further columns of `spheres`, (frames, 3) each."""
+    return spheres(
+        [RADIUS], [MASS], *(None if a is None else np.asarray(a)[:, None] for a in motion)
     )
 
 
@@ -175,29 +188,10 @@ def test_wall_planes_face_the_inside_of_their_own_cell(shape):
 MODULUS = 2.85e7
 WALL = elastic(2 * MODULUS, 0.5)
 SOFT = elastic(MODULUS, 0.3)
-PLANE_FLOOR = np.array([[0.0, 0.0, 1.0, 0.0]])
 STEP = 1e-3
 
 
-def spheres(radius, mass, position, velocity, spin=None, earlier=None):
-    position, velocity = np.asarray(position, float), np.asarray(velocity, float)
-    return balance.SphereFrames(
-        np.asarray(radius, float), np.asarray(mass, float), position, velocity,
-        np.zeros_like(velocity) if spin is None else np.asarray(spin, float),
-        velocity if earlier is None else np.asarray(earlier, float),
-        np.zeros_like(velocity) if spin is None else np.asarray(spin, float),
-    )  # fmt: skip
-
-
-def contacts(frame=(), first=(), second=(), force=(), torque=None):
-    return balance.Contacts(
-        np.array(frame, int), np.array(first, int), np.array(second, int),
-        np.array(force, float).reshape(-1, 3),
-        None if torque is None else np.array(torque, float).reshape(-1, 3),
-    )  # fmt: skip
-
-
-def balance_of(moving, pairs=None, touches=None, gravity=(0.0, 0.0, 0.0), planes=PLANE_FLOOR):
+def balance_of(moving, pairs=None, touches=None, gravity=(0.0, 0.0, 0.0), planes=FLOOR):
     frames = len(moving.position)
     return balance.energy_balance(
         moving, pairs or contacts(), touches or contacts(), planes, (SOFT, WALL),

@@ -50,7 +50,6 @@ def reading(scale=1.0, mass=14.0, gravity=1.0, direction="flat"):
 
 
 def test_coordinates_are_the_groups():
-    # red: the gap of (1 − r) depth; the logarithm of W/L without that of the gap
     bed = atlas_bed(0.6, 0.2, 8e-3, 30e-3, 2e-3, ["flat"])
     fill, gamma = np.full(4, 0.5), np.full(4, 20.0)
     points = bed.points(fill, F, gamma)
@@ -70,7 +69,6 @@ def test_beds_of_several_cases_have_unit_mass_and_the_onset_of_their_direction()
 
 
 def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
-    # red: its inverse; hard particles inside where the table is not
     def surface(frequency, fill, gamma):
         ones = np.ones(len(frequency))
         return DampingValues(3 * ones, 0.3 * ones, 0.4 * ones, frequency < 100)
@@ -89,7 +87,6 @@ def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
 
 def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
     # 1.8 g throws a body 0.98 amplitudes high, 4.6 g 3.41; across gravity it always crosses
-    # red: ballistic height alone, Γ/2
     points = np.zeros((4, 9))
     points[:, 1] = np.log([1.8, 1.8, 4.6, 4.6])
     stroke = np.log(1 / np.array([0.95, 1.05, 3.3, 3.5]))
@@ -103,7 +100,7 @@ def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
 
 def test_scale_and_density_drop_out():
     # of lengths and times: a bed of twice the size at 1/√2 of the frequency has the same groups;
-    # C_e is per mass and frequency. red: depth in metres among the coordinates
+    # C_e is per mass and frequency.
     small, large = reading(), reading(scale=2.0, mass=37.0)
     a, b = small(F, 0.5, 20.0), large(F / np.sqrt(2), 0.5, 20.0)
     scale = 37 / 14 / np.sqrt(2)
@@ -112,7 +109,6 @@ def test_scale_and_density_drop_out():
 
 
 def test_on_the_moon_a_sixth_of_the_acceleration_does_the_same():
-    # red: gravity left out of ln Γ, or of the onset
     here, moon = reading(), reading(gravity=1 / 6)
     a, b = here(F, 0.5, 24.0), moon(F / np.sqrt(6), 0.5, 4.0)
     np.testing.assert_allclose(b.equivalent_damping, a.equivalent_damping / np.sqrt(6), rtol=0.02)
@@ -120,7 +116,6 @@ def test_on_the_moon_a_sixth_of_the_acceleration_does_the_same():
 
 
 def test_errors_are_calibrated_by_regime():
-    # red: the square of a factor in the covariance; the factor of C_e for m_a
     damping = reading()
     plain, factor = damping.surface, damping.calibration
     stroke = damping.stroke_per_gap(F, 0.5, 20.0)
@@ -140,7 +135,6 @@ def test_errors_are_calibrated_by_regime():
 
 
 def test_a_dashpot_has_the_same_damping_and_no_mass():
-    # red: with_mass left out of the covariance
     damping, dashpot = reading(), reading().without_mass()
     a, b = damping(F, 0.5, 20.0), dashpot(F, 0.5, 20.0)
     np.testing.assert_array_equal(a.equivalent_damping, b.equivalent_damping)
@@ -152,7 +146,6 @@ def test_a_dashpot_has_the_same_damping_and_no_mass():
 @pytest.mark.parametrize("count", [20, 40, 59, 60, 61, 100, 180])
 def test_a_further_case_lies_within_the_factor_in_95_of_100(count):
     # of n + 1 equal cases the last is among the first k of n with probability k/(n + 1)
-    # red: 1 + 1/n left out: of 20 cases the 19th, which 90 of 100 do not exceed
     scores = np.arange(1.0, count + 1)
     predicted = Predicted(scores, np.ones(count), scores, np.ones(count))
     factors = calibration_of(predicted, np.full(count, 0.3), np.arange(count))
@@ -197,7 +190,6 @@ def test_the_error_of_a_predicted_case_is_part_of_what_is_expected():
 
 
 def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
-    # red: cases that cross among those that ride
     atlas = read_atlas()
     np.testing.assert_allclose(trend_of(by_state(atlas.cases)), atlas.trend, atol=0.002)
     rng = np.random.default_rng(4)
@@ -212,7 +204,6 @@ def test_the_stored_trend_and_volume_are_those_of_the_shipped_table():
 
 def test_a_packing_of_many_cases_counts_as_one_of_few():
     # 60 packings with a case of 1, and one with 900 cases of 5: the others say what 95 % is
-    # red: weights of cases
     scores = np.concatenate([np.ones(60), np.full(900, 5.0)])
     ones, packing = np.ones(960), np.concatenate([np.arange(60), np.full(900, 60)])
     predicted = Predicted(scores, ones, scores, ones)
@@ -222,7 +213,6 @@ def test_a_packing_of_many_cases_counts_as_one_of_few():
 
 def test_the_scale_is_that_of_students_t():
     # scores drawn with a scale, and a packing of many cases that are nearly exact
-    # red: weights of cases; one degree of freedom more
     rng = np.random.default_rng(2)
     scores = np.concatenate([0.6 * rng.standard_t(DOF, 20_000), rng.normal(0, 1e-3, 20_000)])
     packing = np.concatenate([np.arange(20_000), np.full(20_000, 20_000)])
@@ -233,8 +223,7 @@ def test_the_scale_is_that_of_students_t():
 
 
 def test_cases_of_a_coupon_narrow_the_atlas_there():
-    # a bed twice as lossy as the atlas has it. red: rows without the mass of the particles; the
-    # table without them
+    # a bed twice as lossy as the atlas has it.
     bed, mass = atlas_bed(0.55, 0.15, 9e-3, 30e-3, 2e-3, ["flat"]), 14.0
     prior = read_atlas().damping_of(bed, mass)
     fill, gamma = 0.4, 30.0
@@ -266,7 +255,6 @@ def test_cases_of_a_coupon_narrow_the_atlas_there():
 
 
 def test_a_case_with_two_states_teaches_both():
-    # red: the mean in place of the states
     cases = read_atlas().cases.head(2).assign(state_loss_factors=["", "0.1 1.2"])
     rows = by_state(cases)
     assert rows["loss_factor"].tolist() == [cases["loss_factor"].iloc[0], 0.1, 1.2]
@@ -276,7 +264,6 @@ def test_a_case_with_two_states_teaches_both():
 def test_cases_left_out_lie_within_the_stated_errors_as_often_as_stated():
     # the first of five parts, a quarter of the cases, predicted by the rest of the table with
     # the calibrated errors; the calibration has ten parts, so they are predicted by fewer cases
-    # red: calibration of ones in processes.json
     atlas = read_atlas()
     regime = np.digitize(atlas.cases["stroke_per_gap"], REGIMES)
     packing = packings_of(atlas.cases)
@@ -293,7 +280,7 @@ def test_cases_left_out_lie_within_the_stated_errors_as_often_as_stated():
 @pytest.mark.parametrize("side", ["riding", "crossing"])
 @pytest.mark.parametrize("quantity", ["damping", "mass"])
 def test_the_stored_constants_are_those_of_the_shipped_table(quantity, side):
-    # each by 30 % larger or smaller is less probable; red: cases.csv that has grown since the fit
+    # each by 30 % larger or smaller is less probable
     process = getattr(getattr(read_atlas(), quantity), side)
     best, axes = cost(process, SPREAD), SPREAD
     for factor in (1.3, 1 / 1.3):

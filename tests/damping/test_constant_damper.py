@@ -10,7 +10,6 @@ F = np.array([20.0, 77.0, 2000.0])
 
 
 def test_two_numbers_hold_everywhere():
-    # red: damping * frequency
     damper = ConstantDamper(equivalent_damping=2000.0, apparent_mass=3.0)
     for fill, gamma in ((0.02, 1e-3), (np.nan, np.nan), (1.0, 1e3)):
         found = damper(F, fill, gamma)
@@ -21,7 +20,7 @@ def test_two_numbers_hold_everywhere():
 
 
 def test_a_loss_factor_is_the_energy_lost_per_cycle_over_2_pi_times_the_kinetic_energy():
-    # of a sine of any amplitude: π C_e ω W² over 2π · ½ m″ (ωW)²; red: 2 * np.pi left out
+    # of a sine of any amplitude: π C_e ω W² over 2π · ½ m″ (ωW)²
     damper = ConstantDamper(loss_mass=0.1 * 5.0, apparent_mass=1.0)
     amplitude, omega = 1e-4, 2 * np.pi * F
     lost = np.pi * damper(F, 0.5, 1.0).equivalent_damping * omega * amplitude**2
@@ -30,7 +29,6 @@ def test_a_loss_factor_is_the_energy_lost_per_cycle_over_2_pi_times_the_kinetic_
 
 
 def test_a_damper_weighs_its_apparent_mass_unless_another_is_given():
-    # red: weight or apparent_mass, which takes no weight for a weight that is not given
     assert ConstantDamper(apparent_mass=3.0).mass_per_area(0.5) == 3
     assert ConstantDamper(apparent_mass=3.0, weight=5.0).mass_per_area(0.5) == 5
     assert ConstantDamper(apparent_mass=3.0, weight=0.0).mass_per_area(0.5) == 0
@@ -42,7 +40,6 @@ def test_a_damper_weighs_its_apparent_mass_unless_another_is_given():
 
 
 def test_its_errors_are_the_same_at_every_frequency_and_patch():
-    # red: np.repeat([apparent_mass_error, relative_error], …)
     damper = ConstantDamper(50.0, relative_error=0.1, apparent_mass=3.0, apparent_mass_error=0.5)
     np.testing.assert_allclose(damper(F, 0.5, 1.0).equivalent_damping_error, 5.0)
     covariance = damper.covariance(F, 0.5, 1.0)
@@ -60,14 +57,12 @@ def test_its_errors_are_the_same_at_every_frequency_and_patch():
 
 def test_errors_that_go_together_have_the_largest_variance_of_a_mean():
     # against every correlation between neighbours that halves it: (σ₁ + … + σₙ)²/n²
-    # red: np.outer(one[half], other[half]) → np.diag(one[half] * other[half])
     errors = np.array([0.1, 0.2, 0.3, 0.0, 0.0, 0.0])
     mean = np.array([1, 1, 1, 0, 0, 0]) / 3
     assert mean @ correlated_covariance(errors, errors) @ mean == pytest.approx(0.2**2)
 
 
 def test_the_law_has_neither_errors_nor_mass():
-    # red: mass_per_area of 0
     law = PaperLaw(printed=False)
     assert law.nodes is None and np.isnan(law.mass_per_area(0.5))
     assert law.covariance(F, 0.5, 1.0).tolist() == np.zeros((6, 6)).tolist()
@@ -75,7 +70,6 @@ def test_the_law_has_neither_errors_nor_mass():
 
 
 def test_a_dashpot_has_no_mass_unless_one_is_given():
-    # red: apparent_mass = 1
     dashpot = ConstantDamper(equivalent_damping=5.0)
     assert dashpot(np.array([20.0, 50.0]), 0.5, 1.0).apparent_mass.tolist() == [0.0, 0.0]
     assert dashpot.mass_per_area(0.5) == 0.0

@@ -106,14 +106,12 @@ def fields(estimate):
 
 
 def test_errors_in_another_unit_change_nothing():
-    # red: weight / np.sqrt(np.mean(weight**2)) → weight in `_weights`
     damping = equation_5(2 * np.pi * SIX_FREQUENCIES, 2e-3, 1.9, 1e-4) * np.exp(ERROR * NOISE)
     one, other = (fields(fit.fit_at_fill(SIX_FREQUENCIES, damping, u * ERROR)) for u in (1, 7))
     np.testing.assert_allclose(other, one, rtol=1e-9)
 
 
 def test_where_one_error_is_unknown_all_count_alike():
-    # red: (error > 0).all() → .any() in `_weights`
     damping = equation_5(2 * np.pi * SIX_FREQUENCIES, 2e-3, 1.9, 1e-4) * np.exp(ERROR * NOISE)
     unknown = fit.fit_at_fill(SIX_FREQUENCIES, damping, np.where(ERROR == 0.02, 0.0, ERROR))
     alike = fit.fit_at_fill(SIX_FREQUENCIES, damping, np.ones(6))
@@ -122,7 +120,6 @@ def test_where_one_error_is_unknown_all_count_alike():
 
 def test_the_scatter_is_that_of_a_value_of_average_weight():
     # weighted least squares by numpy, with weights of mean square 1: s² = Σ(w e)²/(n − 3)
-    # red: len(residual) - slope.shape[1] → + in `student_reach`
     damping = equation_5(2 * np.pi * SIX_FREQUENCIES, 2e-3, 1.9, 1e-4) * np.exp(ERROR * NOISE)
     omega = 2 * np.pi * SIX_FREQUENCIES
     weight = (1 / ERROR) / np.sqrt(np.mean(1 / ERROR**2))
@@ -134,7 +131,6 @@ def test_the_scatter_is_that_of_a_value_of_average_weight():
 
 def test_data_that_ask_for_a_negative_factor_are_fitted_as_well_as_they_can_be():
     # C_e vanishes towards full: the full step from the start leaves a₁ > 0
-    # red: `np.log(np.abs(1 + …))` for the logarithm of the factor in `fit_over_fill`
     true = np.array([np.log(2e-2), 3.0, -4.1, 2.1, -0.4, 2e-4, -1e-4])
     r, f = (
         g.ravel() for g in np.meshgrid(np.linspace(0.05, 0.97, 8), SIX_FREQUENCIES, indexing="ij")

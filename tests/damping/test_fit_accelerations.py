@@ -31,7 +31,6 @@ def sweep(miss=0.0, error=0.05, fills=(0.2, 0.5, 0.9)):
 
 
 def test_the_constants_of_a_sweep_that_has_the_form_come_back():
-    # red: `!=` for `==` of the fills; names exchanged
     table = fit_accelerations(sweep())
     assert len(table) == 2 * (len(OVER_FILL) + 3 * len(AT_FILL))
     for gamma, factor in ((10.0, 1.0), (50.0, 0.4)):
@@ -59,7 +58,6 @@ def values_at_half(frame):
 
 
 def test_where_the_form_misses_by_more_than_the_errors_all_cases_count_alike():
-    # red: the lack left out of the weights, or taken off
     frame = sweep(miss=0.3, error=1e-3)
     frame.loc[::6, ERROR] /= 1000  # one of six known a thousand times better
     value, _ = values_at_half(frame)
@@ -69,7 +67,6 @@ def test_where_the_form_misses_by_more_than_the_errors_all_cases_count_alike():
 
 
 def test_where_the_errors_explain_the_miss_they_weigh_the_cases():
-    # red: max(…, 1.0) for max(…, 0.0), or min; the sum of scatter and errors for their difference
     frame = sweep(miss=0.01, error=0.5)
     frame.loc[::6, ERROR] /= 20
     value, error = values_at_half(frame)
@@ -78,7 +75,6 @@ def test_where_the_errors_explain_the_miss_they_weigh_the_cases():
 
 
 def test_half_explained_misses_leave_what_the_errors_do_not_explain():
-    # red: any of the squares; (scatter² − mean of error²) is the variance that the form lacks
     frame = sweep(miss=0.2, error=0.1)
     frame.loc[::6, ERROR] /= 4
     value, error = values_at_half(frame)

@@ -27,7 +27,6 @@ def damper(**values):
 
 
 def test_constants_are_a_damper():
-    # red: weight=apparent_mass_kg_m2
     found = damper(equivalent_damping_n_s_m3=2000, equivalent_damping_error_n_s_m3=100,
                    apparent_mass_kg_m2=3, apparent_mass_error_kg_m2=0.2,
                    particle_mass_per_area_kg_m2=4)  # fmt: skip
@@ -38,7 +37,6 @@ def test_constants_are_a_damper():
 
 
 def test_a_loss_factor_is_that_of_the_particles_or_of_the_patch():
-    # red: particle_mass_per_area_kg_m2 or patch_mass_per_area_kg_m2
     of_bed = damper(loss_factor=0.2, loss_factor_error=0.05, particle_mass_per_area_kg_m2=3)
     assert of_bed == ConstantDamper(loss_mass=0.2 * 3, relative_error=0.25, weight=3.0)
     of_patch = damper(loss_factor=0.1, patch_mass_per_area_kg_m2=5, apparent_mass_kg_m2=1,
@@ -47,7 +45,6 @@ def test_a_loss_factor_is_that_of_the_particles_or_of_the_patch():
 
 
 def test_a_law_is_a_damper():
-    # red: printed=True always
     found = damper(law="paper_corrected")(np.array([100.0]), 0.5, 1.0)
     assert found.equivalent_damping == paper_corrected(100.0, 0.5)
     found = damper(law="paper_printed")(np.array([100.0]), 0.5, 1.0)
@@ -55,7 +52,6 @@ def test_a_law_is_a_damper():
 
 
 def test_a_table_and_an_impedance_are_read_as_the_damper_says(tmp_path):
-    # red: impedance=True left out; damper.interpolation left out
     bent = tmp_path / "bent.csv"
     bent.write_text("frequency_hz,equivalent_damping_n_s_m3,apparent_mass_kg_m2\n"
                     "100,10,1\n400,160,1\n")  # fmt: skip
@@ -72,13 +68,11 @@ def test_a_table_and_an_impedance_are_read_as_the_damper_says(tmp_path):
 
 @pytest.mark.parametrize("model", ["tones", "coupled"])
 def test_simulated_damping_without_its_runs_is_no_other_one(model):
-    # red: a constant of zero in place of the error
     with pytest.raises(DampingError, match="its runs are missing"):
         damper(particles={}, model=model)
 
 
 def test_particles_without_mass_are_dashpots_in_every_model(tmp_path, write_study, table_values):
-    # red: `with_mass_of` that returns the damper itself
     values = table_values()
     values["dampers"]["bed"] = {"particles": {}, "model": "atlas"}
     for scenario in values["scenarios"].values():
@@ -108,7 +102,6 @@ def coupon():
 
 def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
     # four cases of C_e as the atlas has it, but for one; between them they say little alone
-    # red: the atlas without the cases; m₁ of the atlas in place of that of the cases
     atlas = damper_model(DAMPER.validate_python({**coupon, "model": "atlas"}), is_broadband=False)
     frequency = np.array([100.0, 200.0, 500.0, 1000.0])
     damping = atlas(frequency, 0.4, 30.0).equivalent_damping * [1, 1, 1, 2]
@@ -144,7 +137,6 @@ def test_the_prior_of_a_surface_is_the_one_that_is_named(coupon, tmp_path):
 
 
 def test_a_surface_starts_from_the_atlas_only_inside_it(tmp_path):
-    # red: coupons of the surfaces left out of `mistakes_of_atlas`
     values = yaml.safe_load((STUDIES / "level.yaml").read_text(encoding="utf-8"))
     values["dampers"]["tones"]["prior"] = "atlas"
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))

@@ -23,7 +23,6 @@ def matern(distance):
 
 def test_a_bed_that_is_not_thrown_up_to_the_lid_never_crosses():
     # thrown at ωW it rises by WΓ/2, in units of the gap Γ(W/L)/2
-    # red: 2 * onset_g → onset_g in `reach`
     stroke, gamma = np.array([0.3, 0.3]), np.array([6.6, 6.8])
     found = reach(np.log(stroke), np.log(gamma), 1.0)
     assert np.isinf(found[0]) and np.isfinite(found[1])
@@ -35,7 +34,6 @@ def test_a_bed_that_is_not_thrown_up_to_the_lid_never_crosses():
 
 
 def test_without_cases_that_tell_it_lies_where_the_closed_form_has_it():
-    # red: CENTRE + mean → CENTRE − mean cannot show here; WIDTH**2 left out
     none = Jump(np.zeros((0, 2)), np.zeros(0), np.zeros(0))
     u = CENTRE + SIZE * np.array([-1.0, 0.0, 2.0])
     found = none.probability(np.full((3, 2), R), u)
@@ -48,7 +46,6 @@ def test_without_cases_that_tell_it_lies_where_the_closed_form_has_it():
 def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
     # P(u > τ | case) by quadrature over τ at the case and the normal of τ elsewhere given it; for
     # one case the method is exact at the case itself and the normal that stands for it elsewhere
-    # red: z * ratio for ratio * (z + ratio); sign[i] left out of `moved`
     case, other = np.array([R, GAMMA]), np.array([R + 0.1, GAMMA + 0.4])
     found = Jump(case[None], np.array([CENTRE + away]), np.array([float(crosses)]))
     tau = np.linspace(-6 * SIZE, 6 * SIZE, 40001)
@@ -65,7 +62,6 @@ def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
 
 
 def test_between_a_case_that_rides_and_one_that_crosses_it_rises_and_is_sure_at_both():
-    # red: exchange of the signs; a kernel without LENGTHS
     found = jump((R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1))
     u = CENTRE + np.linspace(-0.4, 0.4, 41)
     p = found.probability(np.tile([R, GAMMA], (41, 1)), u)
@@ -81,7 +77,6 @@ def test_between_a_case_that_rides_and_one_that_crosses_it_rises_and_is_sure_at_
 def test_many_cases_agree_with_draws_of_the_jump():
     # draws of τ at the cases and at a further point, kept with the probability of all the sides;
     # 3 standard errors of the draws and 0.03 for the normal that stands for what is kept
-    # red: one sweep in place of SWEEPS
     rng = np.random.default_rng(5)
     points = np.column_stack([rng.uniform(0.2, 0.8, 6), rng.uniform(3, 5, 6)])
     away = np.array([-0.3, -0.1, 0.05, 0.2, 0.3, -0.2])
@@ -101,7 +96,6 @@ def test_many_cases_agree_with_draws_of_the_jump():
 
 
 def test_a_case_left_out_is_judged_by_the_others_alone():
-    # red: `rest` that keeps the case; the loop over all but the last
     cases = [(R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1), (R, GAMMA, CENTRE + 9, 1)]
     found = jump(*cases)
     for i in range(3):
@@ -111,7 +105,7 @@ def test_a_case_left_out_is_judged_by_the_others_alone():
 
 
 def test_a_case_between_has_the_jump_where_it_is():
-    # on both sides of it at once; red: rides = self.crosses < 0.5
+    # on both sides of it at once
     found = jump((R, GAMMA, CENTRE + 0.2, 0.5))
     u = CENTRE + 0.2 + 3 * WIDTH * np.array([-1.0, 0.0, 1.0])
     p = found.probability(np.tile([R, GAMMA], (3, 1)), u)
@@ -120,7 +114,6 @@ def test_a_case_between_has_the_jump_where_it_is():
 
 def test_in_a_sweep_a_case_is_judged_by_what_those_before_it_have_told(monkeypatch):
     # two steps from normal to normal, each with the moments of its product by quadrature
-    # red: `mean +=` left out: the second case starts from the prior mean
     monkeypatch.setattr(module, "SWEEPS", 1)
     points = np.array([[R, GAMMA], [R + 0.1, GAMMA + 0.4]])
     away, sign = np.array([0.1, 0.3]), np.array([-1, 1])  # one rides, then one crosses

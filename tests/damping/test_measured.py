@@ -41,7 +41,6 @@ def case(fill, frequency, gamma, damping, status="ok"):
      ("velocity_m_s", 5 * STANDARD_GRAVITY / (200 * math.pi))],
 )  # fmt: skip
 def test_any_amplitude_of_a_sine_is_an_acceleration(tmp_path, name, amplitude):
-    # red: ω for ω² of a displacement; mm taken for m
     points = points_of(tmp_path, f"frequency_hz,{name},{C}\n100,{amplitude},900\n")
     assert points["acceleration_g"].tolist() == pytest.approx([5.0])
     assert points["fill_fraction"].tolist() == [0.4]
@@ -50,7 +49,7 @@ def test_any_amplitude_of_a_sine_is_an_acceleration(tmp_path, name, amplitude):
 
 
 def test_a_loss_factor_and_an_impedance_are_c_e_and_m_a(tmp_path):
-    # C_e = η m″ ω; Z = C_e + iω m_a; red: ω left out of one of them
+    # C_e = η m″ ω; Z = C_e + iω m_a
     omega = 200 * math.pi
     loss = points_of(
         tmp_path,
@@ -76,7 +75,6 @@ def test_scattered_points_are_no_table_but_can_be_measured(tmp_path):
 
 
 def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent(tmp_path):
-    # red: the nearest case however far; cases that failed; r left out of the distance
     points = points_of(tmp_path, POINTS)
     cases = pd.DataFrame(
         [case(0.5, 100.9, 5.0, 1000), case(0.5, 300, 21, 2000), case(0.35, 170, 33, 700),
@@ -89,7 +87,6 @@ def test_the_case_at_a_measured_point_is_the_one_that_counts_within_one_per_cent
 
 
 def test_the_atlas_is_read_under_a_tone_where_it_holds(tmp_path):
-    # red: C_e under sound; values outside the atlas
     (tmp_path / "lab.csv").write_text(f"{POINTS}0.5,100,1900,1,0.1\n")
     coupon, file = Coupon.model_validate({"cell": {"depth_mm": 25}}), tmp_path / "lab.csv"
     found = compare_measured(coupon, file, pd.DataFrame([case(0.5, 100, 5, 1000)]))

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from atlas_fit import TREND_START, fit_riding
 
-from pidpanel.damping.atlas import TREND_START, fit_riding, riding_trend
+from pidpanel.damping.atlas import riding_trend
 from pidpanel.damping.inelastic import slug
 
 # ln A … w that no search starts from
@@ -33,7 +34,6 @@ def trend(groups):
 
 def test_gas_and_thrown_bed_have_their_own_exponents():
     # a bed far from the lid: η falls with Γ^q whatever the stroke; a gas: with the stroke alone
-    # red: ln ΓW/L in place of ln W/L in the second term; μ depth/width in place of μ
     start = np.array([[0.3, np.log(20), np.log(1e-3), 1, -1, 1, 1.5, 0.0]])
     more = start + 0.1 * np.eye(8)[1]
     slope = (trend(more) - trend(start)) / 0.1
@@ -45,13 +45,12 @@ def test_gas_and_thrown_bed_have_their_own_exponents():
 
 
 def test_a_gas_loses_no_more_than_the_body_that_crosses():
-    # few elastic particles at L = πW: 4 m A²ω² is the most. red: no bound
+    # few elastic particles at L = πW: 4 m A²ω² is the most.
     gas = np.array([[0.1, np.log(7000), np.log(7000 / np.pi), -4, -1, 1, 0.0, 0.0]])
     np.testing.assert_allclose(trend(gas), np.log(8), atol=0.1)
 
 
 def test_a_search_finds_the_constants_in_spite_of_outliers():
-    # red: loss="linear"; no pull to TREND_START, with which constants without cases have no value
     where = points(400)
     values = riding_trend(CONSTANTS, where)
     values[::20] += 2.0
@@ -65,7 +64,7 @@ def test_a_search_finds_the_constants_in_spite_of_outliers():
 @pytest.mark.parametrize("upright", [0, 1])
 @pytest.mark.parametrize("constants", [CONSTANTS, 0.4 - CONSTANTS])
 def test_the_loss_is_that_of_the_thrown_bed_and_of_the_gas(constants, upright):
-    # the formula with powers in place of logarithms; red: a sign of any exponent
+    # the formula with powers in place of logarithms
     fill, gamma, gap, elastic, friction, width, layers = 0.3, 4.0, 3.0, 0.7, 0.2, 5.0, 2.6
     log_a, p, q, k, across, k_across, log_b, s, t, v, w = constants
     thrown = np.exp(log_a) * layers**p * gamma**-q * friction**k
@@ -78,7 +77,7 @@ def test_the_loss_is_that_of_the_thrown_bed_and_of_the_gas(constants, upright):
 
 
 def test_without_cases_a_thrown_bed_loses_by_its_drive_and_a_gas_by_its_collisions():
-    # η = Γ^−0.9, across √μ of it, and N(1 − e²) of the gas; red: another start of the search
+    # η = Γ^−0.9, across √μ of it, and N(1 − e²) of the gas
     constants = fit_riding(np.empty((0, 9)), np.empty(0), np.empty(0))
     np.testing.assert_allclose(constants[[2, 5, 7]], [0.9, 0.5, 1.0], atol=1e-6)
     others = np.delete(constants, [2, 5, 7])

@@ -50,13 +50,11 @@ def drawn(sides):
     [(2.0, [2.0, 2.3]), (2.2, [2.0, 2.2]), (2.6, [2.0, 2.3, 2.6]), (2.75, [2.0, 2.25, 2.5, 2.75])],
 )
 def test_steps_from_end_to_end_are_even_and_at_most_as_wide_as_asked(high, values):
-    # red: floor; + 2; max(3, …); low − step
     np.testing.assert_allclose(even_steps(2.0, high, 0.3000001 if high == 2.6 else 0.3), values)
 
 
 def test_mean_and_covariance_are_those_of_the_draws(sides, drawn):
     # 200 000 draws: 5 standard errors of a covariance of numbers of spread 1.2 are 0.02
-    # red: neither = 1 − both; d of the first point for both; the noise left out
     at = sides.mixture(ASKED, CROSSING, EXPECTED, RESTLESS)
     np.testing.assert_allclose(at.mean, drawn[0].mean(axis=0), atol=0.02)
     covariance = sides.covariance(at, at)
@@ -66,7 +64,6 @@ def test_mean_and_covariance_are_those_of_the_draws(sides, drawn):
 
 
 def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
-    # red: joint_crossing(one, other) − … without the product of the probabilities
     at = sides.mixture(ASKED, CROSSING, EXPECTED, RESTLESS)
     step = np.array([5.0, -4.0, 3.0, 6.0])
     other = drawn[1] * step  # known exactly on either side
@@ -76,7 +73,6 @@ def test_a_second_function_that_jumps_with_it_errs_with_it(sides, drawn):
 
 def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other_side(sides):
     # the processes made again without it at the same constants, mixed by what is told of the side
-    # red: size**2 without what is not the case's own error; error**2 left out
     crosses = np.array([False, False, True, True])
     riding, crossing = (
         GaussianProcess(of.points[own], of.values[own], of.error[own], of.lengths, of.size,
@@ -100,7 +96,6 @@ def test_a_case_left_out_is_predicted_by_the_others_of_its_side_and_by_the_other
 
 
 def test_a_process_without_values_is_what_was_known_before():
-    # red: centre left out of `mean` where there are no values
     empty = GaussianProcess(POINTS[:0], np.zeros(0), np.zeros(0), LENGTHS, 0.3, 0.1, 0.7, 0.2)
     np.testing.assert_allclose(empty.mean(ASKED), 0.7)
     np.testing.assert_allclose(empty.standard_error(ASKED), np.hypot(0.3, 3 * 0.2))

@@ -8,20 +8,17 @@ from pidpanel.damping.surface import DampingSurface
 
 
 def test_few_points_are_all_taken():
-    # red: `<` for `<=`
     points = np.random.default_rng(1).random((7, 3))
     assert surface_cases.spread_out(points, 7).tolist() == list(range(7))
 
 
 def test_the_first_that_is_taken_is_farthest_from_the_middle():
-    # red: the nearest to it
     assert surface_cases.spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.5]]), 1).tolist() == [
         4
     ]
 
 
 def test_points_that_are_taken_leave_none_far_away():
-    # red: the nearest taken (argmin); `nearest` of the last one alone
     points = np.random.default_rng(2).random((4000, 2))
     taken = points[surface_cases.spread_out(points, 100)]
     away = np.sqrt(((points[:, None] - taken) ** 2).sum(axis=2))
@@ -52,7 +49,6 @@ def frame(count):
 
 
 def test_a_surface_of_very_many_cases_is_bounded_and_reads_what_they_say(monkeypatch):
-    # red: the first `MOST_CASES` in place of those spread out: the range is that of all cases
     cases = frame(5000).sort_values("frequency_hz", ignore_index=True)
     monkeypatch.setattr(surface_cases, "MOST_CASES", 120)
     counted, _ = surface_cases.counted(cases, 1.0)

@@ -267,7 +267,6 @@ def test_two_points_of_one_surface_err_alike_as_far_as_they_are_alike(surface):
     # a Gaussian process is a function: values at two points are jointly normal, so their joint
     # matrix has no negative eigenvalue, the blocks on its diagonal are the covariances, and the
     # difference of the two has the variance that the process itself foretells for it
-    # red: second, other_scale = self._clip(frequency, *one); scale * other_scale → scale**2
     frequency = np.geomspace(30, 2000, 12)
     one, other = (0.3, 20.0), (0.7, 5.0)
     blocks = [
@@ -292,7 +291,6 @@ def test_two_points_of_one_surface_err_alike_as_far_as_they_are_alike(surface):
 
 
 def test_the_particles_weigh_what_the_cases_say(surface):
-    # red: / fill_fraction in mass_per_area
     assert surface.mass_per_area(0.4) == pytest.approx(0.4 * MASS_PER_FILL)
     assert surface.without_mass().mass_per_area(0.4) == surface.mass_per_area(0.4)
     unknown = frame().drop(columns="particle_mass_per_area_kg_m2")
@@ -315,7 +313,6 @@ def test_the_file_gives_the_surface_back(surface, tmp_path):
 
 
 def test_without_mass_the_damping_stays_and_the_mass_is_known_to_be_zero(surface):
-    # red: without_mass that returns self
     bare = surface.without_mass()
     frequency = np.array([60.0, 200.0, 900.0])
     for gamma in (0.5, 3.0, 40.0):  # below the onset the particles ride along with all their mass
@@ -348,7 +345,6 @@ def lab_surface():
 
 def test_a_surface_is_taught_logarithms_and_masses_with_the_errors_that_follow(lab_surface):
     # C_e = r f h e^g, so δg = δC/C; m_a = r [h g + (1 − h) m₁], so δg = δm/(r h)
-    # red: mass_error / (fill * h) → / (fill / h) in `training_data`
     frame = cases()
     r, f, a = (frame[axis].to_numpy() for axis in AXES)
     h = onset(a, 1.0)
@@ -360,14 +356,13 @@ def test_a_surface_is_taught_logarithms_and_masses_with_the_errors_that_follow(l
 
 
 def test_the_bound_is_that_of_an_inelastic_bed_where_the_mass_is_known(lab_surface):
-    # C_e ≤ 4 m₁ r ω/π = 8 m₁ r f; red: 8 * mass_per_fill → / in `DampingSurface`
+    # C_e ≤ 4 m₁ r ω/π = 8 m₁ r f
     assert lab_surface.bound == pytest.approx(8 * LAB_MASS_PER_FILL)
     unknown = DampingSurface.from_frame(cases().drop(columns=PARTICLE_MASS))
     assert unknown.bound == np.inf
 
 
 def test_a_surface_of_one_acceleration_has_its_covariance_whatever_is_asked():
-    # red: self.low[2] → self.low[3] in `_clip`
     one = DampingSurface.from_frame(cases(levels=(30.0,)))
     assert not one.depends_on_acceleration
     frequency = np.array([50.0, 400.0])

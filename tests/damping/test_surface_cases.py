@@ -32,7 +32,6 @@ def points_of(stroke):
 
 
 def test_beds_are_restless_near_the_jump():
-    # red: shares beyond 1, or below 0; one range for both sides
     at = np.array([0.01, 0.06, np.sqrt(0.06 * 0.15), 0.15, np.sqrt(0.33 * 0.45), 0.45, 3.0])
     riding, crossing = BED.restless(points_of(at))
     np.testing.assert_allclose(riding, [0, 0, 0.125, 0.25, 0.25, 0.25, 0.25], atol=1e-12)
@@ -62,7 +61,7 @@ def test_between_a_third_and_six_tenths_of_the_loss_a_bed_is_on_neither_side():
 
 
 def test_the_side_of_a_case_follows_from_its_share_of_the_loss_of_the_inelastic_body():
-    # at W/L = 0.45 and 10 g, of C_e = 2 m₁ E r f h; red: the logarithm of the share
+    # at W/L = 0.45 and 10 g, of C_e = 2 m₁ E r f h
     share, stroke, gap = np.array([0.2, 0.45, 0.7]), 0.45, 0.02 * (1 - 0.94 * 0.5)
     f = np.sqrt(10 * STANDARD_GRAVITY / (stroke * gap)) / (2 * np.pi)
     whole = 2 * MASS_PER_FILL * slug_energy(1 / stroke) * 0.5 * f * (1 - 0.1**2)
@@ -95,7 +94,6 @@ def training(spread, mass_spread, outliers=None):
 
 
 def test_priors_are_those_of_the_cases_or_of_beds_like_them():
-    # red: the spread of all cases; that of few alike; units of C_e for m_a
     alike = training(0.1, 0.01)
     assert alike.damping_sides().riding.unit == pytest.approx(1.0)
     assert alike.damping_sides().crossing.unit == pytest.approx(0.2)
@@ -112,7 +110,6 @@ def test_priors_are_those_of_the_cases_or_of_beds_like_them():
 
 
 def test_each_side_has_its_own_cases_and_errors():
-    # red: values of the other side; what beds that cross add to the inelastic body with its sign
     data = training(1.0, 0.1)
     data.side_error[1] = 0.07
     data.side[::7] = 0.5  # of neither
@@ -138,7 +135,7 @@ class Trended(SurfaceBed):
 
 
 def test_the_trend_is_taken_from_beds_that_ride_alone():
-    # those that cross are compared to the inelastic body; red: its loss plus the trend
+    # those that cross are compared to the inelastic body
     plain = training(1.0, 0.1)
     trended = replace(plain, bed=Trended(1.0, MASS_PER_FILL, 0.02))
     before, after = plain.damping_sides(), trended.damping_sides()
@@ -159,7 +156,6 @@ def test_many_cases_are_thinned_by_ratios_of_frequency_and_level():
 
 
 def test_outliers_weigh_less_until_the_process_settles():
-    # red: one refit, or none; all cases as outliers
     among = np.arange(60) % 2 == 0
     data = training(1.5, 0.2, among)
     wrong = np.arange(0, 40, 8)

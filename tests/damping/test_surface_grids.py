@@ -48,7 +48,6 @@ def surface():
 
 
 def test_one_frequency_and_one_acceleration_still_have_two_nodes():
-    # red: `low + step` of even_steps as `low - step`, or one value
     surface = made_of(frequencies=(120.0,), accelerations=(25.0,))
     np.testing.assert_allclose(np.log(surface.nodes), np.log(120.0) + np.array([0, NODE_STEP]))
     values = surface.log_acceleration
@@ -61,7 +60,6 @@ def test_one_frequency_and_one_acceleration_still_have_two_nodes():
 def test_what_is_computed_once_is_what_the_surface_says_within_and_beyond_the_cases(
     surface, fill, gamma
 ):
-    # red: any low for high, or one axis for another, in __call__ and _slice
     frequency = np.array([10.0, 35.0, 36.3, 222.0, 899.0, 900.0, 3000.0])
     read = surface(frequency, fill, gamma)
     said = surface.evaluate(fill, frequency, gamma)
@@ -77,7 +75,6 @@ def test_what_is_computed_once_is_what_the_surface_says_within_and_beyond_the_ca
 
 
 def test_at_the_values_computed_once_nothing_is_interpolated(surface):
-    # red: weights of the two rows exchanged
     k, m = 7, 11
     frequency = np.exp(surface.log_frequency[[0, m, -1]])
     for log_gamma in surface.log_acceleration[[0, k, -1]]:
@@ -87,7 +84,6 @@ def test_at_the_values_computed_once_nothing_is_interpolated(surface):
 
 
 def test_one_case_without_mass_leaves_the_mass_of_the_others():
-    # red: all() for any() in from_frame
     frame = made_of().cases
     frame.loc[0, MASS] = 0.0
     assert DampingSurface.from_frame(frame).mass is not None
@@ -95,7 +91,6 @@ def test_one_case_without_mass_leaves_the_mass_of_the_others():
 
 
 def test_without_the_mass_of_the_particles_the_apparent_mass_is_taught_as_it_is():
-    # red: 1.0 for 0.0 in taught; g_m = m_a/(r h) where m₁ is not known
     frame = made_of().cases  # which has no column of the particles' mass
     surface = DampingSurface.from_frame(frame)
     h = 1 - 1 / frame[AXES[2]] ** 2
@@ -103,7 +98,6 @@ def test_without_the_mass_of_the_particles_the_apparent_mass_is_taught_as_it_is(
 
 
 def test_cases_in_one_plane_have_a_hull_of_no_volume():
-    # red: `>=` for `<` of the rank, or `+` for `-` of the first point, in SimulatedRange
     gamma = {35.0: 4.0, 120.0: 12.0, 900.0: 77.0}
     cases = made_of(accelerations=tuple(gamma.values())).cases
     frame = cases[cases[AXES[2]] == cases[AXES[1]].map(gamma)]
@@ -118,7 +112,6 @@ def test_cases_in_one_plane_have_a_hull_of_no_volume():
 
 def test_cases_made_of_given_processes_teach_them_back():
     # C_e = r f h e^g and m_a = r [h g_m + (1 − h) 12], above an onset of 1.5 g
-    # red: h over r; all mass at rest left; errors times r h
     g, g_m = np.array([0.3, -1.2, 2.0]), np.array([7.0, 3.0, 0.5])
     r, f, gamma = np.array([[0.2, 0.5, 0.8], [40.0, 90.0, 400.0], [3.0, 15.0, 1.875]])
     h = np.array([0.75, 0.99, 0.36])

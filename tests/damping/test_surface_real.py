@@ -67,7 +67,6 @@ def whole():
 
 def test_each_case_is_predicted_by_the_others_as_well_as_is_stated(swept, whole):
     # of 90 and of 122 independent numbers the rms is within 0.15 of 1 in nine of ten
-    # red: p * (1 - p) * step**2 left out of `Sides.leave_one_out`
     for surface in (swept, whole):
         left = surface.leave_one_out()
         z = left["log_error"] / left["log_standard_error"]
@@ -77,21 +76,18 @@ def test_each_case_is_predicted_by_the_others_as_well_as_is_stated(swept, whole)
 
 
 def test_one_process_for_all_is_worse_by_half(swept):
-    # red: `jumps` that is always False
     left, one = (of.leave_one_out()["log_error"].abs() for of in (swept, made(SWEEP, np.nan)))
     assert left.median() < 0.75 * one.median()
 
 
 def test_tones_run_afterwards_are_where_the_sweep_had_them_within_its_errors(swept):
     # chosen where the sweep knew least, next to the jump; 32 numbers
-    # red: CENTRE = np.log(0.2) in `jump`; the step left out of `Sides.variance`
     _, z = at_tones(swept, TONES)
     assert 0.5 < rms(z) <= 1.2
 
 
 def test_on_the_slice_of_a_scenario_the_sweep_alone_states_its_errors(swept):
     # one process for all is 0.5 off
-    # red: `crossing` of the surface that returns zeros and ones
     away, z = at_slice(swept)
     assert rms(z) <= 1.2
     assert rms(away[2:]) < 0.08  # from 80 Hz on, W/L = 0.09
@@ -101,14 +97,13 @@ def test_on_the_slice_of_a_scenario_the_sweep_alone_states_its_errors(swept):
 
 def test_with_tones_at_its_motion_the_slice_is_known(whole):
     # the tones are at 29.4 to 31.3 g, none at the frequencies of the slice
-    # red: the tones left out of the frame
     away, z = at_slice(whole)
     assert rms(z) <= 1.2
     assert rms(away) <= 0.15
 
 
 def test_tones_left_out_are_found_by_the_rest(whole):
-    # every fourth of them, four times; red: `error**2` for the error of g_m in `training_data`
+    # every fourth of them, four times
     z, away = [], []
     for fold in range(4):
         out = TONES.iloc[fold::4]
@@ -121,7 +116,6 @@ def test_tones_left_out_are_found_by_the_rest(whole):
 
 def test_tones_drawn_at_random_along_the_scenarios_are_within_the_stated_errors(swept, whole):
     # one of them, r = 0.5, 62 Hz, 31 g, is in a state of its own, twice as lossy as its neighbours
-    # red: RESTLESS = 0.1; CROSSING_RESTLESS without effect
     for surface in (swept, whole):
         away, z = at_tones(surface, HELD_OUT)
         assert 0.5 < rms(z) <= 1.2
@@ -131,7 +125,6 @@ def test_tones_drawn_at_random_along_the_scenarios_are_within_the_stated_errors(
 
 def test_a_bed_that_crosses_has_the_mass_of_the_closed_form(whole):
     # C_e within 8 % where the gap above it is well known, m_a within 0.1 of the particles' mass
-    # red: mass μ for its negative; E(W/L) for E(L/W)
     data = training_data(whole.cases, whole.bed)
     points = groups(*whole.cases[list(AXES)].to_numpy().T)
     log_damping, mass = whole.bed.inelastic(points)
@@ -154,7 +147,7 @@ def fast():
 
 
 def test_a_bed_that_crosses_faster_than_all_cases_is_that_of_the_closed_form(fast):
-    # 15 and 20 m/s, W/L of 1.6 to 5.9; red: mass μ for its negative; UNIT = 0.02
+    # 15 and 20 m/s, W/L of 1.6 to 5.9
     held = FAST[FAST["of"] == "held out"]
     away, z = at_tones(fast, held)
     assert np.abs(away).max() < 0.06 and rms(z) <= 1.2
@@ -168,7 +161,7 @@ def test_a_bed_that_crosses_faster_than_all_cases_is_that_of_the_closed_form(fas
 
 def test_a_bed_that_is_known_to_cross_is_inside_beyond_the_hull(swept, fast):
     # cases cross at 700 g and fills of 0.3 and 0.9, at 80 Hz, none does at 0.1 beyond 120 g; at 30 Hz
-    # and r = 0.9 W/L is 34; red: CERTAIN = 0; LARGEST_STROKE = 100; _crossing.contains left out
+    # and r = 0.9 W/L is 34
     fill, line, gamma = np.array([0.5, 0.1]), np.full(2, 40.0), np.full(2, 500.0)
     assert not fast.simulated.contains(np.stack([fill, line, gamma], axis=1)).any()
     assert fast.evaluate(fill, line, gamma).inside.tolist() == [True, False]
@@ -180,7 +173,6 @@ def test_a_bed_that_is_known_to_cross_is_inside_beyond_the_hull(swept, fast):
 
 def test_c_e_and_m_a_err_together_where_the_side_is_not_known(swept):
     # at 42 Hz beds of half fill ride or cross; at 200 Hz they ride
-    # red: `sides.common` left out of `_joint`
     covariance = swept.covariance(np.array([42.0, 200.0]), 0.5, 31.0)
     size = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(size, size)
@@ -191,7 +183,6 @@ def test_c_e_and_m_a_err_together_where_the_side_is_not_known(swept):
 
 @pytest.mark.slow
 def test_the_file_gives_a_surface_with_a_jump_back(whole):
-    # red: depth_m left out of the attributes; the constants of the two sides exchanged
     back = surface_files.from_dataset(surface_files.to_dataset(whole))
     frequency = np.geomspace(30, 2000, 60)
     for gamma in (10.0, 31.0, 200.0):
@@ -203,7 +194,7 @@ def test_the_file_gives_a_surface_with_a_jump_back(whole):
 
 @pytest.mark.parametrize("rides", [True, False])
 def test_cases_of_one_side_alone_make_a_surface(rides):
-    # what is not known of the other side is wide; red: `alone` left out of `_sides`
+    # what is not known of the other side is wide
     side = training_data(SWEEP, made(SWEEP).bed).side
     surface = made(SWEEP[side == (0 if rides else 1)])
     found = surface(np.array([30.0, 35.0]), 0.5, 100.0)

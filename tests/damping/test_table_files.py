@@ -31,7 +31,7 @@ def faults(tmp_path, text, *, impedance=False):
     return [fault.removeprefix(str(path)).lstrip(":, ") for fault in caught.value.faults]
 
 
-# (text, beginnings of its faults); red: the branch that finds it left out
+# (text, beginnings of its faults)
 FAULTS = {
     "empty": ("", ["empty; the first line must name the columns"]),
     "comments alone": ("# of a test\n\n", ["empty; the first line must name"]),
@@ -91,7 +91,7 @@ FAULTS = {
     ),
     "loss factor in percent": (
         f"{F},{ETA},{M}\n100,0.2,3\n200,15,3\n300,2.1,3\n",
-        ["line 3: loss_factor = 15: must be at least 0 and at most 2 (in percent?",
+        ["line 3: loss_factor = 15: must be from 0 to 2 (in percent?",
          "line 4: loss_factor = 2.1: must be"],
     ),
     "negative error": (
@@ -179,7 +179,6 @@ def test_every_fault_is_told_in_one_line_with_its_place(tmp_path, name):
         assert fault.startswith(begin)
 
 
-# red: IMPEDANCE with FILL; without the requirement of m_a beside C_e
 @pytest.mark.parametrize(
     ("text", "begin"),
     [
@@ -195,14 +194,12 @@ def test_an_impedance_is_complex_and_over_frequency_alone(tmp_path, text, begin)
 
 
 def test_of_many_faults_the_first_are_told_and_the_others_counted(tmp_path):
-    # red: faults[:MOST_FAULTS] alone
     told = faults(tmp_path, ",".join([F, C, *(f"{i}x{i}" for i in range(50))]) + "\n")
     assert len(told) == MOST_FAULTS + 1
     assert told[-1] == f"{51 - MOST_FAULTS} further mistakes"
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path):
-    # red: no try round read_bytes
     with pytest.raises(ColumnsError, match=r"none\.csv: cannot be read: No such file"):
         read_columns(tmp_path / "none.csv")
 
@@ -218,7 +215,6 @@ def test_a_file_that_is_not_there_is_told(tmp_path):
     ids=["plain", "by Excel", "quoted", "with comments"],
 )
 def test_what_is_a_table_is_read_as_it_stands(tmp_path, text):
-    # red: decode("utf-8"); partition("#") left out
     (tmp_path / "lab.csv").write_bytes(text.encode())
     columns = read_columns(tmp_path / "lab.csv")
     assert {name: values.tolist() for name, values in columns.items()} == {
@@ -231,7 +227,7 @@ def test_what_is_a_table_is_read_as_it_stands(tmp_path, text):
 @given(st.sampled_from([C, F, "fill_fraction", "acceleration_g"]), st.text(max_size=12))
 def test_no_cell_is_read_as_anything_but_the_number_that_is_written(tmp_path, column, cell):
     # whatever is in a cell: the number that it is in Python's words, within what is allowed, or
-    # one line or more. red: `float(cell)` without NUMBER (reads "nan", "1_0" and "١")
+    # one line or more.
     header = ["fill_fraction", F, "acceleration_g", C]
     cells = dict.fromkeys(header, "0.5") | {column: cell}
     path = tmp_path / "any.csv"
@@ -250,7 +246,6 @@ def test_no_cell_is_read_as_anything_but_the_number_that_is_written(tmp_path, co
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=60))
 def test_bytes_are_a_table_or_have_lines(tmp_path, data):
-    # red: no `except UnicodeDecodeError`
     path = tmp_path / "any.csv"
     path.write_bytes(f"{F},{C}\n".encode() + data)
     try:
@@ -262,7 +257,6 @@ def test_bytes_are_a_table_or_have_lines(tmp_path, data):
 
 
 def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
-    # red: a column of the page misspelt; a damper of two kinds
     page = (PROJECT / "docs" / "tables.md").read_text()
     yaml_block, table = re.findall("```(?:yaml)?\n(.*?)```", page, flags=re.DOTALL)[:2]
     dampers = yaml.safe_load(yaml_block)["dampers"].values()
@@ -275,7 +269,6 @@ def test_the_examples_of_the_page_are_a_table_and_dampers(tmp_path):
 
 
 def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(tmp_path):
-    # red: no bound in `_note_masses`, so that 357 times was accepted
     path = tmp_path / "steel.csv"
     head = f"{F},{C},apparent_mass_kg_m2,particle_mass_per_area_kg_m2\n"
     path.write_text(head + "100,500,357,1\n")
@@ -286,7 +279,6 @@ def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(tmp_path):
 
 
 def test_the_particles_of_a_table_can_act_with_their_own_mass(tmp_path):
-    # red: apparent_mass left out of `read_table`
     path = tmp_path / "steel.csv"
     path.write_text(f"{F},{C},particle_mass_per_area_kg_m2\n100,500,10\n200,500,10\n")
     frequency = np.array([120.0])

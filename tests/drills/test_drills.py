@@ -3,10 +3,8 @@
 import os
 import signal
 import time
-from pathlib import Path
 
 import pytest
-from drills import DRILLS
 from world import World
 
 pytestmark = pytest.mark.liggghts
@@ -30,9 +28,3 @@ def test_killed_it_comes_to_the_same_bytes(tmp_path):
     whole.write()
     assert whole.call().status == 0
     assert whole.table() == table
-
-
-def test_every_drill_is_told_in_a_line():
-    for drill in DRILLS.values():
-        assert drill.__doc__.endswith(".") and "\n" not in drill.__doc__
-    assert Path(__file__).with_name("__main__.py").is_file()

@@ -16,7 +16,12 @@ PIDPANEL = Path(sys.executable).with_name("pidpanel")
 TABLE = "results/drill/coupon/cases.csv"
 PANEL_FILES = tuple(
     f"results/drill/{name}"
-    for name in ("response/summary.csv", "response/psd.nc", "damping/surface.nc", TABLE[14:])
+    for name in (
+        "response/summary.csv",
+        "response/psd.nc",
+        "damping/bed/surface.nc",
+        "coupon/bed/cases.csv",
+    )
 )
 PATIENCE = 400
 """Longest time of a call [s]; about five on a free core."""
@@ -32,8 +37,13 @@ coupon:
 SHORT, LONG = 30, 45
 """Cycles of the study, and where it is to go on."""
 
+BEDS = """\
+dampers:
+  lab: {table: damping.csv}
+  bed:
+    model: tones"""
+
 PANEL = """\
-damping: {readings: [dem, table], table: damping.csv}
 panel:
   outline_m: [1.0, 0.6]
   section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07, thickness_mm: 25}
@@ -44,7 +54,7 @@ panel:
   points: {centre: [0.5, 0.3]}
 sound: {spectrum: sound.csv, field: diffuse, pressure_reference: surface}
 response: {frequency_hz: [40, 250]}
-scenarios: {fill: {patch: PID-1, fill_fraction: [0.6]}}
+scenarios: {fill: {patch: PID-1, damper: [bed, lab], fill_fraction: 0.6}}
 """
 """What makes it the study of a panel."""
 FILES = {
@@ -82,7 +92,7 @@ class World:
         self.folder.mkdir(parents=True, exist_ok=True)
         text = STUDY.format(cycles=cycles)
         if self.files != (TABLE,):
-            text += PANEL
+            text = text.replace("\n  ", "\n    ").replace("coupon:", BEDS) + PANEL
             for name, content in FILES.items():
                 if not (self.folder / name).exists():
                     (self.folder / name).write_text(content)

@@ -51,7 +51,7 @@ def garbled(draw, data):
     return data
 
 
-def readings():
+def reads():
     """Of each kind of file one that is right, how it is read, and how it may be refused."""
     table = Path(__file__).parents[1] / "damping" / "data"
     mesh = WORKFLOW / "studies" / "bdf_panel.bdf"
@@ -79,12 +79,12 @@ def readings():
     return kinds
 
 
-READINGS = readings()
+READS = reads()
 
 
-@pytest.mark.parametrize("kind", list(READINGS))
+@pytest.mark.parametrize("kind", list(READS))
 def test_a_garbled_file_is_read_or_refused_by_name(kind, tmp_path_factory):
-    right, read, refusal = READINGS[kind]
+    right, read, refusal = READS[kind]
     folder = tmp_path_factory.mktemp(kind)
     file = folder / right.name
     whole = right.read_bytes()

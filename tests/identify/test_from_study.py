@@ -111,17 +111,17 @@ def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):
         "points": {"P": [0.4, 0.25]},
     }
     values = {
-        **yaml.safe_load(snippet), "panel": panel, "damping": {"readings": ["atlas"]},
+        **yaml.safe_load(snippet), "panel": panel,
         "sound": {"spectrum": "smc_s_016_2014_min_third.csv"},
         "scenarios": {"full": {"layout": {"middle": {"damper": "lab", "fill_fraction": 0.5}}}},
     }  # fmt: skip
     (tmp_path / "study.yaml").write_text(yaml.safe_dump(values))
     study = load_study(tmp_path / "study.yaml")
     summary = pd.read_csv(folder / "summary.csv").set_index("parameter")
-    particles = study.dampers["lab"].coupon.particles
+    particles = study.dampers["lab"].particles
     assert particles.restitution == pytest.approx(summary.loc["restitution", "value"], abs=5e-4)
     assert particles.friction == pytest.approx(summary.loc["friction", "value"], rel=5e-3)
-    assert study.dampers["lab"].coupon.cell.depth_mm == 25
+    assert study.dampers["lab"].cell.depth_mm == 25
 
 
 def test_tones_that_all_lie_outside_the_atlas_are_refused(laboratory):

@@ -12,8 +12,6 @@ from pidpanel.identify.posterior import (
     FillPrior,
     MeasuredDamping,
     Posterior,
-    _fill_range,
-    _support,
     grid_posterior,
     identify,
     quadrature,
@@ -198,15 +196,6 @@ def test_the_mode_has_the_largest_density():
     np.testing.assert_allclose(at_end.best, [0.3, -2.0, 0.5])
 
 
-def test_the_mean_is_judged_by_its_own_deviations():
-    # the same by the grid with the mean as its only point
-    posterior = identify(ATLAS, SPECIMEN, drawn(2), EXACT, RANGES)
-    axes = tuple(np.array([value]) for value in posterior.mean)
-    at_mean = grid_posterior(ATLAS, SPECIMEN, drawn(2), EXACT, axes).chi_square.item()
-    assert posterior.best_chi_square == pytest.approx(at_mean, rel=1e-9)
-    assert at_mean > posterior.chi_square.min()
-
-
 def test_an_interval_as_wide_as_the_prior_determines_nothing():
     # 90 % of a range of 0.65 are 0.585
     density = normal(0.6, 10.0)
@@ -214,14 +203,6 @@ def test_an_interval_as_wide_as_the_prior_determines_nothing():
     known = density.estimate(1)
     assert known.is_determined and known.high - known.low < 0.8 * 0.9 * 2.8
     assert normal(0.6, 0.1).estimate(0).is_determined
-
-
-def test_the_grid_holds_what_is_not_negligible():
-    assert _fill_range(KNOWN) == pytest.approx((0.47, 0.53))
-    assert _fill_range(FillPrior(0.05, 0.52, 0.5, 0.01)) == pytest.approx((0.47, 0.52))
-    assert _fill_range(FREE) == (0.05, 0.95)
-    density = np.array([0, 1e-4, 0, 0.02, 1.0, 0.5, 5e-4, 0, 0])
-    assert _support(np.arange(9.0), density) == (2.0, 6.0)
 
 
 def test_quantiles_are_those_of_the_density():

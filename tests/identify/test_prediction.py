@@ -1,4 +1,4 @@
-"""The prediction of many particles is the reading of the damping model atlas, particle by particle."""
+"""The prediction of many particles is the damping of the atlas, particle by particle."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ GAMMA = np.array([5.0, 20.0, 12.0, 45.0])
 TONES = Tones(F, GAMMA, np.zeros(4, bool))
 
 
-def reading(specimen, e, log_friction, *, is_broadband):
+def damping(specimen, e, log_friction, *, is_broadband):
     bed = atlas_bed(
         e, np.exp(log_friction), specimen.width, specimen.depth, specimen.diameter,
         [specimen.direction],
@@ -36,7 +36,7 @@ def test_particles_have_the_damping_of_the_atlas(specimen, is_broadband):
     )
     assert predicted.mean.shape == (2, 8) and predicted.covariance.shape == (2, 8, 8)
     for row, (e, log_friction, fill) in enumerate(PARTICLES):
-        model = reading(specimen, e, log_friction, is_broadband=is_broadband)
+        model = damping(specimen, e, log_friction, is_broadband=is_broadband)
         for tone in range(4):
             point = F[[tone]], fill, GAMMA[tone]
             values, covariance = model(*point), model.covariance(*point)
@@ -56,7 +56,7 @@ def test_errors_between_tones_of_one_amplitude_are_those_of_the_atlas():
     tones = Tones(F, np.full(4, 20.0), np.zeros(4, bool))
     predicted = predict(ATLAS, STEEL, PARTICLES, tones)
     for row, (e, log_friction, fill) in enumerate(PARTICLES):
-        model = reading(STEEL, e, log_friction, is_broadband=False)
+        model = damping(STEEL, e, log_friction, is_broadband=False)
         expected = model.covariance(F, fill, 20.0)
         # terms of order ten cancel in both, in another order; the condition of the kernel is 3e8
         np.testing.assert_allclose(predicted.covariance[row], expected, rtol=1e-9, atol=1e-9)

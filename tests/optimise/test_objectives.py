@@ -59,7 +59,6 @@ LAYERS = Layers(("a", "b"), np.zeros((2, 3, 3)), np.random.default_rng(2).normal
     ids=["accelerations", "oscillators", "stresses"],
 )
 def test_the_search_has_the_mean_squares_of_the_solver(panel, response, objective):
-    # red: the weights of accelerations for all; groups of a row each
     at_points = motions(panel) if objective.motion.shape[1] == 6 else motions(panel)[:, :1]
     reduced = ReducedPanel(
         panel.frequency, panel.basis, panel.patches, objective.rows(at_points), panel.excitation,
@@ -75,7 +74,6 @@ def test_the_search_has_the_mean_squares_of_the_solver(panel, response, objectiv
 
 
 def test_stresses_are_those_of_the_response_stage(response):
-    # red: cholesky without its transpose
     psd = layer_psd(response, LAYERS)[..., list(QUANTITIES).index("von_mises")]
     rms = root_mean_square(response.frequency, psd.reshape(len(psd), -1)).reshape(3, 2)
     square = stresses(POINTS, LAYERS, 6).mean_square(response)
@@ -83,7 +81,6 @@ def test_stresses_are_those_of_the_response_stage(response):
 
 
 def test_oscillators_are_those_of_the_severity_stage(response):
-    # red: |H|² of the displacement; natural frequencies and points the other way round
     natural = np.array([60.0, 120.0])
     square = oscillators(POINTS, natural, 10.0).mean_square(
         type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
@@ -96,7 +93,6 @@ def test_oscillators_are_those_of_the_severity_stage(response):
 
 
 def test_what_is_said_is_the_acceleration_in_g_and_three_times_the_stress_in_mpa(response):
-    # red: another power of ω; 2σ
     objective = accelerations(POINTS)
     assert isinstance(objective, Objective)
     alone = type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
@@ -106,7 +102,6 @@ def test_what_is_said_is_the_acceleration_in_g_and_three_times_the_stress_in_mpa
 
 
 def test_the_error_is_that_of_the_point_of_the_largest_and_of_a_mean_by_shares(response):
-    # red: points of rows for those of groups; shares of rms values
     error = np.array([0.1, 0.2, 0.4])
     alone = type(response)(response.frequency, response.cross_psd[:, :, :1, :1])
     square = accelerations(POINTS).mean_square(alone)
@@ -125,7 +120,6 @@ def test_the_error_is_that_of_the_point_of_the_largest_and_of_a_mean_by_shares(r
 
 
 def test_vertices_are_spread_from_the_first_to_the_farthest_from_all_before():
-    # red: the nearest; distances from the last alone; 25 of many
     position = np.array([[0, 0], [1.05, 0], [1, 1.1], [0, 1], [0.5, 0.5]])
     assert spread_vertices(position, 3).tolist() == [0, 2, 1]
     assert spread_vertices(position, 9).tolist() == [0, 2, 1, 3, 4]

@@ -26,11 +26,6 @@ def test_a_grid_begins_at_the_corner_of_the_panel_wherever_that_is():
             places_on(shapely.box(1.0, 2.0, 2.5, 3.0), size, (0.1, 0.1), [])
 
 
-def test_a_panel_of_millimetres_has_its_places():
-    places = places_on(shapely.box(0, 0, 5e-3, 5e-3), (5e-4, 5e-4), (5e-4, 5e-4), [])
-    assert len(places.lower) == 100
-
-
 @pytest.mark.parametrize("spacing", [(0.1, 0.1), (0.07, 0.15)])
 def test_places_overlap_where_their_areas_do(spacing):
     places = places_on(PANEL, (0.2, 0.3), spacing, [])

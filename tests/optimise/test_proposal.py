@@ -10,7 +10,8 @@ import pytest
 from random_panels import RandomPanel
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.models import FilledDamper
+from pidpanel.damping.laws import ConstantDamper
+from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.optimise.excitations import Finalist
 from pidpanel.optimise.options import Options
 from pidpanel.optimise.proposal import Proposals, damper_rows, search_table
@@ -24,7 +25,7 @@ from pidpanel.solve.model import ModalBasis
 def test_a_damper_without_damping_reduces_as_its_dead_weight_and_another_more():
     panel = RandomPanel(1)
     undamped = panel.filling("mass", 0.0, panel.fillings[0].mass_per_area)
-    panel.fillings = [panel.fillings[0], replace(undamped, damper="mass")]
+    panel.fillings = [panel.fillings[0], replace(undamped, name="mass")]
     rows = damper_rows(panel.problem(), panel.fillings)
     assert rows["reduction_db of mass"] == pytest.approx(rows["dead_weight_reduction_db of mass"])
     assert rows["reduction_db of damper 0"] > rows["dead_weight_reduction_db of damper 0"]
@@ -198,6 +199,25 @@ def test_the_table_of_the_search_counts_layouts_as_good_as_the_best_within_its_e
         assert value[f"reduction_db of {name}"] == pytest.approx(decibels(bare / least), rel=1e-5)
 
 
+class Times(Damper):
+    """A damper with C_e and m_a multiplied."""
+
+    def __init__(self, model, factor):
+        self.model, self.factor = model, factor
+        self.depends_on_acceleration = model.depends_on_acceleration
+
+    def __call__(self, frequency, fill_fraction, gamma):
+        values = self.model(frequency, fill_fraction, gamma)
+        return replace(
+            values,
+            equivalent_damping=self.factor * values.equivalent_damping,
+            apparent_mass=self.factor * values.apparent_mass,
+        )
+
+    def mass_per_area(self, fill_fraction):
+        return self.model.mass_per_area(fill_fraction)
+
+
 def varied(panel, factor=1.0, level_db=0.0, mass=1.0):
     """A panel with other damping ratios, under other sound, or with other fillings."""
     other = copy.copy(panel)
@@ -207,10 +227,7 @@ def varied(panel, factor=1.0, level_db=0.0, mass=1.0):
     )
     other.excitation = ModalForce(lambda f: 10 ** (level_db / 10) * panel.spectrum(f), panel.force)
     other.fillings = [
-        replace(filling, damping=lambda f, gamma, filling=filling: (
-            mass * filling.damping(f, gamma)[0], mass * filling.damping(f, gamma)[1], f > 0,
-        ))
-        for filling in panel.fillings
+        replace(filling, model=Times(filling.model, mass)) for filling in panel.fillings
     ]  # fmt: skip
     return other
 
@@ -219,10 +236,8 @@ def test_variants_are_those_of_other_panels_other_sound_and_other_masses():
     # the first damper follows its motion, the second is linear
     panel = RandomPanel(3)
     panel.frequency = panel.frequency[::5]
-    panel.fillings[1] = replace(panel.fillings[1], depends_on_acceleration=False)
-    panel.fillings[1] = replace(
-        panel.fillings[1], damping=lambda f, _gamma: (400 + 0 * f, 0.3 + 0 * f, f > 0)
-    )
+    linear = ConstantDamper(400.0, apparent_mass=0.3, weight=panel.fillings[1].mass_per_area)
+    panel.fillings[1] = replace(panel.fillings[1], model=linear)
     problem, count = panel.problem(), len(panel.patches.area)
     layouts = [(0,), (count,)]
     found = reductions(

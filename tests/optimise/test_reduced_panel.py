@@ -62,7 +62,6 @@ def test_the_bare_panel_is_that_of_the_solver(panel):
 
 
 def test_the_psd_of_the_shapes_is_that_of_the_acceleration_of_points(panel):
-    # red: the transpose of S_q; roots of the spectrum
     weight = module.acceleration_weight(panel.frequency)
     psd = module.bare_psd(panel.frequency, panel.basis, panel.excitation, None)[1]
     energy = np.einsum("f,fij->ij", weight, psd.real)
@@ -82,7 +81,6 @@ def test_places_that_take_more_memory_than_allowed_are_refused(panel, monkeypatc
 
 
 def test_in_air_and_with_few_motions_a_layout_is_the_same(panel):
-    # red: Z₀⁻¹ of the air transposed into a diagonal; motions of places in the wrong order
     s = stiffness(panel, panel.fillings)
     few = copy.copy(panel)
     few.patches = panel.patches.subset([1, 6])
@@ -99,7 +97,6 @@ def test_in_air_and_with_few_motions_a_layout_is_the_same(panel):
 
 
 def test_columns_of_places_are_computed_again_once_they_are_dropped(panel, monkeypatch):
-    # red: the column of another place
     s = stiffness(panel, panel.fillings)
     monkeypatch.setattr(module, "CACHE", 0)
     small = panel.reduced(precision=np.complex128, rank=4)

@@ -1,6 +1,5 @@
 """Searches within limits against all layouts, and the gap that they state."""
 
-import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,14 +7,12 @@ import pytest
 from random_panels import RandomPanel, exhaustive, problems
 
 from pidpanel.optimise.search import (
-    PriceOfMass,
     Problem,
     Proof,
     Sampling,
     branch_and_bound,
     greedy,
     sample_submodularity,
-    weights_of_points,
 )
 
 PANELS = 12
@@ -97,36 +94,6 @@ def test_where_the_property_fails_the_bound_is_lower_and_branches_beyond_it_are_
     assert proofs[1].is_exhaustive and not proofs[0].is_exhaustive
     gaps = [branch_and_bound(problem, start, each, 1).gap_db for each in (HOLDS, sampling)]
     assert gaps[1] > gaps[0] + 0.05
-
-
-def test_the_largest_is_bounded_by_means_of_one_two_and_all_points():
-    two = [[0.5, 0.5], [1, 0], [0, 1], [0.25, 0.75], [0.5, 0.5], [0.75, 0.25]]
-    np.testing.assert_allclose(weights_of_points(2), two)
-    np.testing.assert_allclose(weights_of_points(1), [[1]])
-    four = weights_of_points(4)
-    assert four.shape == (1 + 4 + 3 * 6, 4)
-    np.testing.assert_allclose(four.sum(axis=1), 1)
-    assert sorted(np.count_nonzero(four, axis=1)) == [1] * 4 + [2] * 18 + [4]
-    np.testing.assert_allclose(np.sort(four[5:11], axis=1), [[0, 0, 0.25, 0.75]] * 6)
-
-
-GAIN = np.array([[7.0, 1.0], [2.0, 3.0], [5.0, 8.0], [4.0, -6.0], [6.0, 2.0]])
-GROUP = np.array([2, 0, 2, 1, 0])
-
-
-@pytest.mark.parametrize(
-    ("count", "most"), [(1, [7.0, 8.0]), (2, [13.0, 11.0]), (3, [17.0, 11.0]), (9, [17.0, 11.0])]
-)
-def test_with_mass_to_spare_the_best_of_the_best_groups_are_removed(count, most):
-    prices = PriceOfMass(GAIN, np.full(5, 2.0), GROUP, count)
-    np.testing.assert_allclose(prices.largest_reduction(np.ones(5, bool), 100.0), most)
-
-
-def test_only_what_is_allowed_is_removed():
-    prices = PriceOfMass(GAIN, np.full(5, 2.0), GROUP, 3)
-    allowed = np.array([False, True, True, True, False])
-    np.testing.assert_allclose(prices.largest_reduction(allowed, 100.0), [11.0, 11.0])
-    np.testing.assert_allclose(prices.largest_reduction(~allowed, 100.0), [13.0, 3.0])
 
 
 class StatedProblem:
@@ -242,16 +209,6 @@ def test_branches_are_searched_by_their_bounds(nodes, violations, expected):
     assert (proof.layout, proof.value, proof.bound, proof.nodes, proof.is_exhaustive) == expected
 
 
-def test_branches_are_closed_that_a_better_layout_has_overtaken():
-    # two dampers remove 0.01 less than each alone: the first two leave 3.01, where 3 was the bound;
-    # the others may leave 3.005, within half a percent
-    mass = [2.0, 1.0, 1.5, 1.5]
-    problem = stated_problem([4.0, 3.0, 3.5, 3.495], mass=mass, budget=3.0, together=-0.01)
-    proof = branch_and_bound(problem, (), HOLDS, 9)
-    assert (proof.layout, proof.nodes) == ((0, 1), 2)
-    assert (proof.value, proof.bound) == (pytest.approx(3.01), pytest.approx(3.005))
-
-
 def test_branches_of_three_dampers_fit_into_the_mass():
     removed = [4.0, 3.0, 2.0, 1.0]
     proof = branch_and_bound(stated_problem(removed, most=3), (), HOLDS, 9)
@@ -274,37 +231,6 @@ def test_only_what_fits_beside_a_damper_is_in_its_bound():
     problem = stated_problem([2.0, 1.0, 5.0], mass=[1.0, 1.0, 3.0], budget=3.0)
     proof = branch_and_bound(problem, (), HOLDS, 1)
     assert (proof.layout, proof.value, proof.bound) == ((2,), 5.0, 5.0)
-
-
-def test_at_several_points_the_largest_bound_of_their_means_counts():
-    removed = np.array([[4.0, 1.0], [1.0, 5.0], [2.0, 2.0]])
-    problem = stated_problem(removed)
-    left = 10 - removed
-    order = np.argsort(left.max(axis=1))
-    bounds = [
-        max(share @ left[option] - max(share @ removed[k] for k in order[place + 1 :])
-            for share in np.array([[1, 0], [3, 1], [2, 2], [1, 3], [0, 4]]) / [[1], [4], [4], [4], [4]])
-        for place, option in enumerate(order[:-1])
-    ]  # fmt: skip
-    proof = branch_and_bound(problem, (), HOLDS, 1)
-    assert proof.bound == pytest.approx(min(bounds)) and proof.bound < proof.value - 1
-
-
-def test_a_problem_on_some_places_has_the_same_layouts():
-    problem = RandomPanel(7).problem()
-    pairs = itertools.combinations(range(problem.options.mass.size), 2)
-    layout = next(pair for pair in pairs if problem.feasible(pair[:1])[pair[1]] and pair[0] > 2)
-    used = np.unique(problem.options.place[list(layout)])
-    fewer, (same,) = problem.on_places(used, [layout])
-    # the panel is reduced to the same places by its caller
-    assert fewer.options.mass.size == problem.options.mass.size * len(used) / len(
-        problem.places.lower
-    )
-    assert not fewer.evaluated
-    places = fewer.places.lower[fewer.options.place[list(same)]]
-    expected = problem.places.lower[problem.options.place[list(layout)]]
-    np.testing.assert_array_equal(places, expected)
-    assert fewer.mass(same) == problem.mass(layout)
 
 
 def test_the_empty_layout_has_the_bare_mean_square():

@@ -32,7 +32,7 @@ def test_the_study_of_the_best_layouts_has_their_patches_and_passes_its_check(de
     assert study.optimise is None and study.name == "best"
     assert list(study.scenarios) == ["layout_1", "layout_2", "layout_3"]
     filled = [scenario for scenario in study.all_scenarios() if not scenario.is_bare]
-    fills = [tuple(filling.fill_fraction for filling in s.fillings) for s in filled]
+    fills = [tuple(filling.fill_fraction for filling in s.fillings.values()) for s in filled]
     assert fills == [(0.9,), (0.2, 0.45), (0.9,)]
     places = yaml.safe_load(file.read_text())["panel"]["patches"]
     assert [patch["centre_m"][0] for patch in places.values()] == [0.9, 0.4, 0.8, 0.5]

@@ -74,7 +74,7 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
         ("l_panel", "points.arm", [0.3, 0.3], "'arm' names both a patch and a point"),
         ("bdf_panel", "outline_m", [1, 1], "outline_m = [1, 1]: not allowed with mesh: {kind: file}, which has its own"),
         ("bdf_panel", "mesh.file", "none.bdf", "panel.mesh.file = none.bdf: no such file"),
-        ("bdf_panel", "mesh.file", "panel.step", "file = panel.step: must end in one of .bdf, .dat, .nas, .fem, .msh"),
+        ("bdf_panel", "mesh.file", "panel.step", "file = panel.step: must end in one of .bdf, .dat, .nas, .fem, .inp"),
         ("bdf_panel", "points.left.grid", 99, "no node 99; it has"),
         ("bdf_panel", "patches.side.centre_m", [1.1, 0.7], "cover 0 m² of its 0.04 m²"),
     ],

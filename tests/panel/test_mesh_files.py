@@ -11,6 +11,7 @@ import pytest
 
 from pidpanel.geometry.polygon import Circle, Polygon, Rectangle
 from pidpanel.panel import from_study
+from pidpanel.panel.flat_mesh import MeshFileError
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.mesh import gmsh_session
@@ -101,7 +102,6 @@ def test_a_mesh_comes_back_from_gmsh_with_its_frequencies(original):
 
 
 def test_a_mesh_in_text_may_have_the_line_ends_of_windows(tmp_path):
-    # red: as it is: "no triangles or quadrilaterals"
     text = (Path(__file__).parents[1] / "corpus" / "bases" / "panel.msh").read_bytes()
     meshes = []
     for name, end in (("unix.msh", b"\n"), ("windows.msh", b"\r\n")):
@@ -109,6 +109,30 @@ def test_a_mesh_in_text_may_have_the_line_ends_of_windows(tmp_path):
         meshes.append(read_gmsh(tmp_path / name))
     np.testing.assert_array_equal(meshes[0].position, meshes[1].position)
     assert len(meshes[1].position) == 6
+
+
+def test_fields_behind_the_eighth_of_a_line_are_refused_where_they_matter(tmp_path):
+    path = tmp_path / "free.blk"
+    card = "CQUAD4,1,7,1,2,5,4,0.,0.,{}\n,,,,\n"
+    nodes = "".join(f"GRID,{n},,{(n - 1) % 3}.,{(n - 1) // 3}.,0.\n" for n in range(1, 7))
+    for mark in ("", "+A1", "ABC"):
+        path.write_text(nodes + "SPC1,1,123,1,2,3,4,5,6,7,8,9,10\n" + card.format(mark))
+        assert len(read_nastran(path, ["SPC1"]).triangles) == 2
+    path.write_text(nodes + card.format("1.,2."))
+    with pytest.raises(MeshFileError, match=r"free.blk:7: CQUAD4: '1., 2.' follows the eighth"):
+        read_nastran(path)
+    path.write_text("** abaqus\n*NODE\n1, 0., 0.\n")
+    with pytest.raises(ValueError, match="begins like an input of Abaqus"):
+        read_nastran(path)
+
+
+def test_a_group_of_gmsh_has_a_name_and_a_number(tmp_path):
+    path = tmp_path / "panel.msh"
+    mesh_triangles(path, OUTLINE, 0.25, {"P1": PATCH}, {})
+    flat = read_gmsh(path)
+    number = next(number for number, name in flat.numbers.items() if name == "P1")
+    mesh = flat.panel_mesh({"name": "P1", "number": number}, {})
+    np.testing.assert_array_equal(mesh.patch_cells["name"], mesh.patch_cells["number"])
 
 
 def test_quadrilaterals_become_two_triangles_each_in_their_group(tmp_path):
@@ -140,7 +164,6 @@ def test_exponents_without_their_e_are_read(tmp_path):
 
 
 def test_a_deck_of_an_analysis_is_read_without_what_the_study_states(tmp_path):
-    # red: control read as cards; nodes of ignored cards kept
     control = "SOL 103\nCEND\nSPC = 1\nMETHOD = 10\nBEGIN BULK\nPARAM,POST,-1\nEIGRL,10,,2000."
     bulk = [
         "PCOMP,7,,,,,,,", "+,1,0.25,0.,YES,2,20.,0.,YES,", "+,1,0.25,0.,YES",
@@ -165,7 +188,6 @@ def test_a_deck_of_an_analysis_is_read_without_what_the_study_states(tmp_path):
 
 
 def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
-    # red: a middle at the wrong side; groups tiled in place of repeated
     path = tmp_path / "two.bdf"
     path.write_text(DECK.replace("2.      1.", "2.     1.5"))
     flat = read_nastran(path)
@@ -181,7 +203,6 @@ def test_a_refined_mesh_has_the_nodes_area_and_groups_of_its_file(tmp_path):
 
 
 def test_a_mesh_is_not_refined_beyond_what_memory_holds(tmp_path, monkeypatch):
-    # red: no count before `refined`
     study = load_study(STUDIES / "bdf_panel.yaml")
     panel, whole = (
         StudiedPanel(study.panel.model_copy(update={"mesh": mesh}))
@@ -295,7 +316,6 @@ $EndElements
 
 
 def test_gmsh_executes_nothing_for_a_mesh(tmp_path):
-    # red: gmsh.merge of the file itself, which merges panel.msh.opt too
     trace = tmp_path / "trace"
     command = f'SystemCall "touch {trace}";\n'
     path = tmp_path / "panel.msh"
@@ -319,7 +339,6 @@ def test_gmsh_executes_nothing_for_a_mesh(tmp_path):
     ],
 )  # fmt: skip
 def test_a_mesh_that_states_more_than_it_has_is_refused(tmp_path, old, new, message):
-    # red: without the limit, gmsh takes 8 GB for the third
     path = tmp_path / "panel.msh"
     path.write_text(MESH.replace(old, new, 1))
     before = peak_memory()

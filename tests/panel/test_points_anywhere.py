@@ -18,7 +18,6 @@ POINTS = {"x": (0.5, 0.37), "y": (1.1999, 0.5), "z": (0.013, 0.79)}
 
 @pytest.mark.parametrize("kind", ["quadrilaterals", "file"])
 def test_shapes_at_points_between_vertices_are_naviers(tmp_path, kind):
-    # red: w of the nearest vertex; curvature at the first vertex of the element
     if kind == "file":  # whose nodes do not follow the points
         outline = Polygon(((0, 0), (A, 0), (A, B), (0, B)))
         mesh = mesh_triangles(tmp_path / "m.msh", outline, 0.1, {}, {})
@@ -40,7 +39,6 @@ def test_shapes_at_points_between_vertices_are_naviers(tmp_path, kind):
 
 
 def test_a_grid_follows_patches_that_are_on_no_even_grid(tmp_path):
-    # red: lines of the even grid alone; one element between two lines
     patches = {"P": Rectangle((0.5, 0.33), (0.21, 0.17)), "Q": Rectangle((0.605, 0.33), (0.4, 0.1))}
     mesh = mesh_quadrilaterals(tmp_path / "m.msh", (A, B), (12, 8), patches, {}, {"S": (0.9, 0.7)})
     edges = np.ptp(mesh.vertices[mesh.cells], axis=1)

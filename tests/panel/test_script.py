@@ -16,7 +16,7 @@ from pidpanel.study import load_study
 from tests.jobs import make_panel
 
 STUDY = """
-damping: {readings: [paper_corrected]}
+dampers: {law: {law: paper_corrected}}
 panel:
   outline_m: [0.9, 0.6]
   section: {kind: thin, mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
@@ -25,7 +25,7 @@ panel:
   points: {A: [0.4, 0.3]}
 sound: {spectrum: smc_s_016_2014_min_third.csv}
 response: {frequency_hz: [30, 1400]}
-scenarios: {one: {title: "One", patch: [P], fill_fraction: 0.5}}
+scenarios: {one: {title: "One", patch: [P], damper: law, fill_fraction: 0.5}}
 """
 
 
@@ -38,7 +38,6 @@ def built(tmp_path_factory):
 
 
 def test_modes_are_kept_to_twice_the_highest_frequency_and_are_naviers(built):
-    # red: MODES_BEYOND * frequency → frequency in `StudiedPanel.basis`
     modes = pd.read_csv(built / "modes.csv")
     m, n = np.meshgrid(range(1, 12), range(1, 12))
     exact = np.sort(thin_plate_frequency(m, n, (0.9, 0.6), ThinSection(3273.07, 4.0)).ravel())
@@ -50,7 +49,6 @@ def test_modes_are_kept_to_twice_the_highest_frequency_and_are_naviers(built):
 
 
 def test_section_csv_holds_the_section_of_the_study_and_the_mass_of_the_panel(built):
-    # red: 1.0 in place of the area in `StudiedPanel.section_table`; area * left out of the mass
     section = pd.read_csv(built / "section.csv").set_index(["quantity", "row", "column"])["value"]
     assert section["bending", 1, 1] == pytest.approx(3273.07)
     assert section["bending", 1, 2] == pytest.approx(0.3 * 3273.07)
@@ -59,7 +57,6 @@ def test_section_csv_holds_the_section_of_the_study_and_the_mass_of_the_panel(bu
 
 
 def test_basis_carries_the_study_and_is_what_the_pictures_show(built):
-    # red: stamp(study) → {} or write_shapes left out in the script
     study = load_study(built / "small.yaml")
     with xr.open_dataset(built / "modes.nc", engine="scipy") as dataset:
         assert dataset.attrs == stamp(study)

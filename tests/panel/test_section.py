@@ -114,15 +114,6 @@ def test_the_error_of_a_line_is_that_of_even_resonances_that_are_shifted():
     assert found == pytest.approx(max(errors), rel=0.01)
 
 
-def test_a_rectangle_has_the_size_of_its_longer_edge_and_a_triangle_of_the_mean():
-    vertices = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [0.0, 4.0]])
-    assert resolution.element_sizes(vertices, np.array([[0, 1, 2, 3]])) == [4.0]
-    assert resolution.element_sizes(vertices, np.array([[0, 1, 2]])) == [4.0]
-    assert resolution.element_sizes(vertices[[0, 1, 2]] * [1, 2], np.array([[0, 1, 2]])) == [
-        pytest.approx((3 + 8 + np.hypot(3, 8)) / 3)
-    ]
-
-
 def test_below_the_first_resonance_no_line_errs():
     # N = A f/2 √(m″/D) = 1 at 38.1 Hz
     section, regions = ThinSection(3273.07, 4.0), [resolution.Region("", 1.5, 0.3)]

@@ -5,12 +5,10 @@ import pytest
 
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.supports import (
-    Block,
     EdgeSupport,
     PointSupport,
     Supports,
     boundary_loops,
-    free_coordinates,
     held_vertices,
 )
 
@@ -146,19 +144,3 @@ def test_a_hinged_foot_turns_about_its_middle_and_a_hold_down_does_not_move():
     motion = PointSupport((0.3, 2.0), "hinge", 0.1).foot_motion(rigid)
     np.testing.assert_array_equal(motion, np.column_stack([x - 0.3, y - 2.0]))
     assert PointSupport((0.3, 2.0), "hold_down", 0.1).foot_motion(rigid).shape == (3, 0)
-
-
-def test_free_coordinates_are_the_untouched_ones_and_the_columns_of_the_blocks():
-    blocks = [Block("A", np.array([3, 1]), np.array([[2.0], [5.0]])),
-              Block("B", np.array([4]), np.zeros((1, 0)))]  # fmt: skip
-    np.testing.assert_array_equal(
-        free_coordinates(5, blocks).toarray(),
-        [[1, 0, 0], [0, 0, 5], [0, 1, 0], [0, 0, 2], [0, 0, 0]],
-    )
-    np.testing.assert_array_equal(free_coordinates(2, []).toarray(), np.eye(2))
-
-
-def test_two_blocks_with_one_coordinate_are_refused():
-    blocks = [Block("A", np.array([3, 1]), np.eye(2)), Block("B", np.array([1]), np.eye(1))]
-    with pytest.raises(ValueError, match="B and A hold the same coordinate"):
-        free_coordinates(5, blocks)

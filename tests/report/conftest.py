@@ -28,7 +28,7 @@ SIZE = (1.5, 1.0)
 STUDY = """
 title: A panel under test
 assumptions: ["The spectrum is assumed."]
-damping: {readings: [paper_corrected, paper_printed]}
+dampers: {law: {law: paper_corrected}}
 panel:
   outline_m: [1.5, 1.0]
   section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
@@ -38,15 +38,6 @@ panel:
   points: {middle: [0.75, 0.50], corner: [0.20, 0.30]}
 sound: {spectrum: smc_s_016_2014_min_third.csv, oaspl_db: 150}
 response: {frequency_hz: [100, 400]}
-claims:
-  - {text: A tenth is best, source: "the paper, 3.1", scenarios: fill, comparison: most_effective, values: [0.1]}
-  - {text: All fills help, scenarios: fill, comparison: lowered}
-  - {text: More at high frequency, scenarios: fill, comparison: high_frequency}
-  - {text: Full ones are alike, scenarios: fill, comparison: alike, values: [0.7, 0.9]}
-  - {text: The nearest patch is best, scenarios: place, comparison: nearest_patch}
-  - {text: The nearest point gains most, scenarios: place, comparison: nearest_point}
-  - {text: It shifts linearly, scenarios: level, comparison: linear}
-  - {text: It shifts linearly when stretched, scenarios: level, comparison: linear_stretched}
 scenarios:
   fill: {patch: A, fill_fraction: [0.1, 0.7, 0.9]}
   place: {patch: [A, B], fill_fraction: 0.5, title: "Place of the damper (Figure 6)"}
@@ -176,7 +167,7 @@ def inputs(study, modes, basis, section, bands, printed):
 
 @pytest.fixture(scope="session")
 def coupled_study(study_text, tmp_path_factory):
-    """The study with coupled runs as the only reading."""
+    """The study with coupled runs."""
     path = tmp_path_factory.mktemp("coupled") / "coupled.yaml"
     path.write_text(coupled_text(study_text))
     return load_study(path)
@@ -184,7 +175,7 @@ def coupled_study(study_text, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def coupled(inputs, coupled_study):
-    """The inputs with coupled runs as the only reading: C_e falls with frequency."""
+    """The inputs with coupled runs: C_e falls with frequency."""
     study = coupled_study
     summary, psd = responses(study, {("A_r0.5_150dB", "middle"): 6.0}, error_db=0.1)
     return replace(

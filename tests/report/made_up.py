@@ -8,64 +8,62 @@ from pidpanel.solve.stress import QUANTITIES
 
 
 def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
-    """Summary and PSDs of `paper_corrected`: flat, ``scale`` (dB against bare) by label.
+    """Summary and PSDs: flat, ``scale`` (dB against bare) by label.
 
     ``error_db`` is the standard error of every level but those of the bare panel.
-    The reading `paper_printed` has no response but that of the bare panel.
+    Dampers of the name `printed` have no response.
     """
     frequency = np.geomspace(100, 400, 200)
     labels = [s.label for s in study.all_scenarios()]
-    points, readings = list(study.panel.points), list(study.readings)
-    shape = (len(readings), len(labels), len(frequency))
+    points = list(study.panel.points)
+    shape = (len(labels), len(frequency))
     acceleration = np.full((*shape, len(points)), np.nan)
     rows = []
-    for i, reading in enumerate(readings):
-        for j, scenario in enumerate(study.all_scenarios()):
-            level = 10 ** ((scenario.oaspl_db - 150) / 10)
-            stable = scenario.patch is None or reading != "paper_printed"
-            for k, point in enumerate(points):
-                lowered = scale.get((scenario.label, point), 0.0)
-                row = {"reading": reading, "scenario": scenario.label, "point": point}
-                if not stable:
-                    rows.append({**row, "status": "unstable"})
-                    continue
-                acceleration[i, j, :, k] = 1e4 * level * 10 ** (-lowered / 10)
-                rms = np.sqrt(300 * acceleration[i, j, 0, k])
-                rows.append(
-                    {
-                        **row,
-                        "status": "ok",
-                        "acceleration_rms_g": rms / 9.80665,
-                        "displacement_rms_mm": 1.0,
-                        "acceleration_rms_error_g": rms / 9.80665 * np.log(10) / 20 * error_db,
-                        "oaspl_db": scenario.oaspl_db,
-                        "reduction_db": lowered,
-                        "reduction_error_db": np.nan if scenario.is_bare else error_db,
-                        "damping_read_at_g": np.nan if scenario.patch is None else read_at,
-                        "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
-                        "extrapolated_share": 0.0 if scenario.patch is None else 1 - inside,
-                        "between_share": 0.0,
-                        "data_missing": "" if scenario.patch is None else "dem to 61 g",
-                        "levels": 1,
-                        "doubts": "",
-                        "beyond_linear_plate": False,
-                        "power_balance_error": 1e-9,
-                        "basis_error": 1e-3,
-                        "mesh_error": 1e-2,
-                        "mesh_error_rms": 1e-4,
-                        "point_error_rms": 0.0,
-                        "motion_residual": 0.0,
-                        "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
-                        "added_mass_percent": 0.0 if scenario.is_bare else np.nan,
-                        "dead_weight_acceleration_rms_g": np.nan,
-                        "dead_weight_reduction_db": 0.0 if scenario.is_bare else np.nan,
-                    }
-                )
-    dims = ("reading", "scenario", "frequency")
+    for j, scenario in enumerate(study.all_scenarios()):
+        level = 10 ** ((scenario.oaspl_db - 150) / 10)
+        for k, point in enumerate(points):
+            lowered = scale.get((scenario.label, point), 0.0)
+            row = {"scenario": scenario.label, "point": point, "damping_source": "a law"}
+            if "printed" in scenario.dampers:
+                rows.append({**row, "status": "unstable"})
+                continue
+            acceleration[j, :, k] = 1e4 * level * 10 ** (-lowered / 10)
+            rms = np.sqrt(300 * acceleration[j, 0, k])
+            rows.append(
+                {
+                    **row,
+                    "status": "ok",
+                    "acceleration_rms_g": rms / 9.80665,
+                    "displacement_rms_mm": 1.0,
+                    "acceleration_rms_error_g": rms / 9.80665 * np.log(10) / 20 * error_db,
+                    "oaspl_db": scenario.oaspl_db,
+                    "reduction_db": lowered,
+                    "reduction_error_db": np.nan if scenario.is_bare else error_db,
+                    "damping_read_at_g": np.nan if scenario.patch is None else read_at,
+                    "outside_run_points_share": 0.0 if scenario.patch is None else 1 - inside,
+                    "extrapolated_share": 0.0 if scenario.patch is None else 1 - inside,
+                    "between_share": 0.0,
+                    "data_missing": "" if scenario.patch is None else "dem to 61 g",
+                    "levels": 1,
+                    "doubts": "",
+                    "beyond_linear_plate": False,
+                    "power_balance_error": 1e-9,
+                    "basis_error": 1e-3,
+                    "mesh_error": 1e-2,
+                    "mesh_error_rms": 1e-4,
+                    "point_error_rms": 0.0,
+                    "motion_residual": 0.0,
+                    "added_mass_kg": 0.0 if scenario.is_bare else np.nan,
+                    "added_mass_percent": 0.0 if scenario.is_bare else np.nan,
+                    "dead_weight_acceleration_rms_g": np.nan,
+                    "dead_weight_reduction_db": 0.0 if scenario.is_bare else np.nan,
+                }
+            )
+    dims = ("scenario", "frequency")
     on_run_points = np.full(shape, 1.0)
     patches = list(study.panel.patches)
-    by_patch = (*dims[:2], "patch", dims[2])
-    on_run_points[:, :, : round((1 - inside) * len(frequency))] = 0.0
+    by_patch = ("scenario", "patch", "frequency")
+    on_run_points[:, : round((1 - inside) * len(frequency))] = 0.0
     psd = xr.Dataset(
         {
             "acceleration_psd": ((*dims, "point"), acceleration),
@@ -79,23 +77,21 @@ def responses(study, scale, read_at=np.nan, inside=1.0, error_db=np.nan):
             ),
         },
         coords={
-            "frequency": frequency, "reading": readings, "scenario": labels, "point": points,
-            "patch": patches,
+            "frequency": frequency, "scenario": labels, "point": points, "patch": patches,
         },
     )  # fmt: skip
     return pd.DataFrame(rows), psd
 
 
 def _on_every(patches, values):
-    return np.repeat(values[:, :, None], len(patches), axis=2)
+    return np.repeat(values[:, None], len(patches), axis=1)
 
 
 def rows_of_patches(summary):
     """``response/layouts.csv`` as far as the report asks it, from the summary."""
-    of = summary[~summary["scenario"].str.startswith("bare")].drop_duplicates(
-        ["reading", "scenario"]
-    )
-    return of[["reading", "scenario", "damping_read_at_g", "outside_run_points_share"]]
+    of = summary[~summary["scenario"].str.startswith("bare")].drop_duplicates("scenario")
+    of = of[["scenario", "damping_read_at_g", "outside_run_points_share"]]
+    return of.assign(damper="law")
 
 
 def strains(study):
@@ -104,7 +100,6 @@ def strains(study):
     return pd.DataFrame(
         [
             {
-                "reading": reading,
                 "scenario": scenario.label,
                 "layer": "top and bottom",
                 "point": point,
@@ -113,7 +108,6 @@ def strains(study):
                 "rms": 1.0,
                 "three_sigma": 3.0,
             }
-            for reading in study.readings
             for scenario in study.all_scenarios()
             for point in study.panel.points
             for quantity, unit in shown.items()

@@ -14,6 +14,7 @@ from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
+from pidpanel.study.stated_dampers import ConstantSection
 from tests.page_reader import blocks_of
 
 POINTS = ["middle", "corner"]
@@ -33,15 +34,10 @@ def answer_of(study, summary):
 
 def answered(study, respond, error_db=0.2, **changes):
     summary, _ = respond(SCALE, error_db=error_db)
-    summary = summary[summary["reading"] == "paper_corrected"].assign(**changes)
-    one = study.model_copy(
-        update={"damping": study.damping.model_copy(update={"readings": ("paper_corrected",)})}
-    )
-    return answer_of(one, summary)
+    return answer_of(study, summary.assign(**changes))
 
 
 def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
-    # red: SIGNIFICANCE = 0; errors of a difference added up without squares would join r = 0.9 too
     found = answered(study, respond)
     assert [one.scenario.name for one in found.best] == ["A, r = 0.1", "A, r = 0.7"]
     assert [one.scenario.name for one in answered(study, respond, 0.01).best] == ["A, r = 0.1"]
@@ -51,7 +47,6 @@ def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
 
 
 def test_without_errors_no_scenario_is_called_better(study, respond):
-    # red: `has_errors` always true
     found = answered(study, respond, math.nan)
     assert len(found.best) == len(found.candidates) > 3
     said = answer_section.headline(found)
@@ -60,8 +55,6 @@ def test_without_errors_no_scenario_is_called_better(study, respond):
 
 
 def test_a_gain_within_its_error_is_none(study, respond, inputs):
-    # red: is_gain without SIGNIFICANCE
-    # red: 10 dB per kg of 3.0 ± 1.6 dB
     weights = {"added_mass_kg": 0.3, "added_mass_percent": 5.0}
     for error, text in ((1.6, "–"), (1.4, "10")):
         rows = answer_table(inputs, answered(study, respond, error, **weights)).rows
@@ -69,14 +62,12 @@ def test_a_gain_within_its_error_is_none(study, respond, inputs):
 
 
 def test_nothing_is_told_apart_with_an_error_that_is_not_a_number():
-    # red: `not abs(…) <= …` in are_distinct
     one, other = PointResponse(1.0, math.nan, 6.0, math.nan), PointResponse(1.0, 0.1, 0.0, 0.1)
     assert not answer.are_distinct(one, other)
     assert answer.is_gain(one) is None and answer.is_gain(other) is False
 
 
 def test_the_error_of_the_damping_model_is_common_to_both():
-    # red: hypot of both errors
     one, other = (
         PointResponse(1.0, 0.1, db, math.hypot(0.2, error), model_error=error)
         for db, error in ((6.0, 1.5), (5.0, 1.4))
@@ -88,7 +79,6 @@ def test_the_error_of_the_damping_model_is_common_to_both():
 
 
 def test_a_point_on_a_support_takes_no_part(study, respond):
-    # red: all points of the panel in answer_of
     summary, _ = respond(SCALE, error_db=0.2)
     of = summary["point"] == "middle"
     summary.loc[of & (summary["status"] == "ok"), "status"] = "held"
@@ -100,7 +90,6 @@ def test_a_point_on_a_support_takes_no_part(study, respond):
 
 
 def test_the_answer_is_at_the_level_of_the_study_or_of_most_scenarios(study):
-    # red: the first level of all
     assert main_level(study) == 150
     elsewhere = study.model_copy(update={"sound": study.sound.model_copy(update={"oaspl_db": 120})})
     # the families without a level of their own follow the study
@@ -111,7 +100,7 @@ def test_the_answer_is_at_the_level_of_the_study_or_of_most_scenarios(study):
 
 
 def test_levels_that_are_written_alike_are_one(study, respond):
-    # 136.7 dB of a scenario beside 136.738 of the table; red: the levels as keys of the study
+    # 136.7 dB of a scenario beside 136.738 of the table
     summary, _ = respond(SCALE)
     of = summary["scenario"] == "A_r0.5_140dB"
     for level, joins in ((150.03, True), (149.9, False)):
@@ -120,10 +109,19 @@ def test_levels_that_are_written_alike_are_one(study, respond):
         assert ("A_r0.5_140dB" in labels) == joins
 
 
-def test_measured_damping_answers_before_a_law():
-    # red: readings[0]
-    assert answer.main_reading(("paper_corrected", "dem")) == "dem"
-    assert answer.main_reading(("paper_printed", "paper_corrected")) == "paper_corrected"
+def test_the_model_of_lowest_rank_answers_and_says_what_the_others_find(study, respond_to):
+    lab = {"equivalent_damping_n_s_m3": 300, "apparent_mass_kg_m2": 1}
+    text = study.scenarios["fill"].model_copy(update={"damper": ("law", "lab")})
+    dampers = study.dampers | {"lab": ConstantSection.model_validate(lab)}
+    both = study.model_copy(update={"dampers": dampers, "scenarios": {"fill": text}})
+    lowered = {s.label: 4.0 if s.dampers == "lab" else 2.0 for s in both.all_scenarios()}
+    summary, _ = respond_to(both, {(label, p): db for label, db in lowered.items() for p in POINTS})
+    found = answer_of(both, summary)
+    assert {one.scenario.dampers for one in found.candidates} == {"lab"}
+    assert len(found.candidates) == 3
+    for one in found.candidates:
+        ((name, said),) = one.others
+        assert name == "law" and said.reduction == pytest.approx(2.0)
 
 
 def answer_table(inputs, found):
@@ -132,7 +130,6 @@ def answer_table(inputs, found):
 
 
 def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs):
-    # red: trust that is always "yes"
     found = answered(study, respond, levels=2, extrapolated_share=0.12)
     table = answer_table(inputs, found)
     assert len(table.rows) <= 6
@@ -150,7 +147,6 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
 
 
 def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study, respond):
-    # red: the last candidate drawn; the bare panel not the first curve
     summary, psd = respond(SCALE, error_db=0.2)
     one = dataclasses.replace(inputs, summary=summary, psd=psd)
     picture = answer_section.psd_picture_of(one, answer_of(study, summary))
@@ -162,9 +158,7 @@ def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study,
     assert best.log_error == pytest.approx(np.full(len(best.values), 0.2 * np.log(10) / 10))
 
 
-def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
-    # red: "coupled" not the first of DAMPING_MODELS; without " in one time integration"
-    assert answer.main_reading(("paper_corrected", "dem", "coupled")) == "coupled"
+def test_coupled_runs_answer_as_any_model_does(coupled, coupled_study):
     found = answer_of(coupled_study, coupled.summary)
     assert found.is_coupled and found.candidates[0].scenario.name == "A, r = 0.5"
     assert not any(one.doubts for one in found.candidates)
@@ -174,7 +168,6 @@ def test_coupled_runs_answer_as_any_reading_does(coupled, coupled_study):
 
 
 def test_a_study_without_a_level_answers_at_that_of_its_spectrum(study):
-    # red: without SAME_LEVEL
     none = study.sound.model_copy(update={"oaspl_db": None})
     table = round(spectrum_of(none).oaspl, 1)
     family = study.scenarios["level"].model_copy(update={"oaspl_db": (table - 10, table, 170.0)})

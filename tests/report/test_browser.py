@@ -23,7 +23,6 @@ def page(request):
 
 
 def test_a_page_opens_without_complaint_network_or_overflow(browser, page):
-    # red: throw in page.js; <img src="https://…"> and no policy; .wide without overflow-x
     browser.open(page)
     assert browser.overflowing() == []
     browser.unfold()
@@ -34,7 +33,6 @@ def test_a_page_opens_without_complaint_network_or_overflow(browser, page):
 
 
 def test_everything_but_the_answer_is_folded(browser, table):
-    # red: `folded=True` left out of study_page
     browser.open(table[1] / "report.html")
     shown = browser.run(
         "[...document.querySelectorAll('h2, figure')].filter(e => e.checkVisibility())"
@@ -50,7 +48,6 @@ def test_everything_but_the_answer_is_folded(browser, table):
 
 
 def test_curves_are_drawn_and_can_be_read_zoomed_and_switched(browser, table):
-    # red: draw() that returns at once; setSeries without show; the range of x taken from the data
     browser.open(table[1] / "report.html")
     there = "document.querySelector('#answer div.chart')"
     width = browser.run(f"{there}.querySelector('canvas').getBoundingClientRect().width")
@@ -107,7 +104,6 @@ def press_keys(browser, there):
             " new Promise(done => setTimeout(done, 100))"
         )
 
-    # red: no tabIndex, no role, no listener of keys
     name = f"{there}.querySelector('.u-legend tr.first th')"
     assert browser.run(f"[{there}.tabIndex, {name}.tabIndex, {name}.role]") == [0, 0, "button"]
     key(name, "Enter")
@@ -129,7 +125,6 @@ def press_keys(browser, there):
 
 
 def test_a_printed_page_shows_its_sections_and_no_page_is_blank(tmp_path, page):
-    # red: ::details-content and beforeprint left out; `break-before: page` twice
     with Browser(1400) as browser:
         browser.open(page)
         browser.pdf(tmp_path / "page.pdf")
@@ -153,7 +148,6 @@ def test_a_printed_page_shows_its_sections_and_no_page_is_blank(tmp_path, page):
 
 
 def test_a_printed_page_is_no_wider_than_the_paper(page):
-    # red: `.short { white-space: nowrap }` in print; A4 less its margins is 703 pixels wide
     with Browser(703) as browser:
         browser.open(page)
         browser.say("Emulation.setEmulatedMedia", media="print")

@@ -24,7 +24,6 @@ def coupled_table(results, names, points):
 
 
 def test_a_row_has_runs_errors_residual_and_share_of_the_own_force(coupled):
-    # red: share of the rms, 1 − 8/10 = 20 %; the residual of the first point alone
     names = coupled.names
     table = coupled_table(coupled.coupled, names, POINTS)
     assert [row[0] for row in table.rows] == [
@@ -37,7 +36,6 @@ def test_a_row_has_runs_errors_residual_and_share_of_the_own_force(coupled):
 
 
 def test_a_point_at_rest_takes_no_part(coupled):
-    # red: `isin(points)` left out
     summary = coupled.coupled.summary.copy()
     at_rest = summary["point"] == "corner"
     # rounding: none of it is known
@@ -48,7 +46,6 @@ def test_a_point_at_rest_takes_no_part(coupled):
 
 
 def test_a_negative_damping_is_not_drawn_and_there_are_few_curves(coupled):
-    # red: CURVES = 99; where(… < 0)
     impedance = coupled.coupled.impedance
     with style.context():
         damping, mass = coupled_figure(impedance, coupled.names).axes
@@ -59,11 +56,9 @@ def test_a_negative_damping_is_not_drawn_and_there_are_few_curves(coupled):
 
 
 def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
-    # red: `is not None` left out of the verdict's section
     one_level = coupled_study.scenarios["level"].model_copy(update={"oaspl_db": (150.0,)})
     scenarios = {**coupled_study.scenarios, "level": one_level}
-    claims = coupled_study.claims[:-2]
-    study = coupled_study.model_copy(update={"scenarios": scenarios, "claims": claims})
+    study = coupled_study.model_copy(update={"scenarios": scenarios})
     page = study_page(replace(coupled, study=study, coupled=coupled_results(study)), [])
     named = [section.name for section in page.sections]
     assert "coupled" in named and "verdict" not in named
@@ -71,11 +66,9 @@ def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):
     assert "10 runs of 5 scenarios" in text
     assert "the motion of each patch in the coupled runs" in text
     assert "LIGGGHTS 3" in text
-    assert len(blocks_of(page.claims)[0].rows) == len(claims)
 
 
 def test_the_section_states_the_error_by_the_air_where_there_is_some(coupled):
-    # red: `in_air` left out
     sections = [
         coupled_section(coupled.coupled, coupled.names, POINTS, in_air=wet) for wet in (False, True)
     ]

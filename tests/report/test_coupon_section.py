@@ -25,7 +25,6 @@ def pictures(section):
 
 
 def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon):
-    # red: the map behind the fold; the map without a case; η of one fill for all
     cases = coupon.cases
     cases["loss_factor"] = cases["fill_fraction"] + cases["frequency_hz"] / 1e4
     page = coupon_page(STUDY, STAMP, coupon, [])
@@ -38,23 +37,12 @@ def test_a_coupon_page_shows_the_loss_factor_as_a_map_before_any_section(coupon)
         f"r = {fill:g}" for fill in sorted(good["fill_fraction"].unique())
     ]
     cells = [text.get_text() for axes in maps for text in axes.texts]
-    assert {len(text.lstrip("0.")) for text in cells} == {2}  # red: "0.1" beside "0.098"
+    assert {len(text.lstrip("0.")) for text in cells} == {2}
     values = np.concatenate([np.ravel(axes.images[0].get_array().filled(np.nan)) for axes in maps])
     assert sorted(values[np.isfinite(values)]) == pytest.approx(sorted(good["loss_factor"]))
 
 
-def test_where_more_is_varied_no_sweep_is_drawn_and_the_table_says_what(coupon):
-    # red: `if varied` for `[] if varied`; varied left out of the template
-    varied = coupon._replace(cases=coupon.cases.assign(deck="lab"))
-    section = coupon_section.coupon_section(varied, varied=["deck"])
-    assert [picture.name for picture in pictures(section)] == []
-    table = blocks_of(section)[-1]
-    assert table.columns[:2] == ["deck", "r"]
-    assert table.rows[0][:2] == ["lab", "0.3"]
-
-
 def test_a_case_that_failed_is_listed_with_its_status(cases):
-    # red: rows of status "ok" only
     cases.loc[3, "status"] = "ParticlesLost"
     cases.loc[3, "equivalent_damping_n_s_m3"] = np.nan
     table = blocks_of(coupon_section.coupon_section(CouponResults(cases)))[-1]
@@ -65,7 +53,6 @@ def test_a_case_that_failed_is_listed_with_its_status(cases):
 
 
 def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
-    # red: the share as it stands for its percentage; `states > 0`; the shares of the next case
     section = coupon_section.coupon_section(CouponResults(cases))
     assert blocks_of(section)[0].kind == "picture"
     cases.loc[2, ["states", "state_damping_n_s_m3", "state_share"]] = [
@@ -83,7 +70,6 @@ def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
 
 
 def test_a_table_of_cases_is_a_point_for_each_case_over_each_quantity(coupon):
-    # red: a map over as many frequencies as there are cases
     count = len(coupon.cases)
     cases = coupon.cases.assign(
         **{"particles.friction": np.linspace(0.1, 0.8, count), "gravity_direction": "0 0 -1"}

@@ -55,7 +55,6 @@ def test_every_level_has_its_constants_with_intervals_that_hold_them(section):
 
 
 def test_a_level_with_cases_of_one_fill_has_no_law_over_fill(results):
-    # red: in law_blocks, over = law[law["fill_fraction"].isna()]
     alone = results.law[results.law["fill_fraction"].notna()].iloc[:3]
     tones = alone.assign(acceleration_g=512.0)
     law = pd.concat([results.law, tones, tones.assign(fill_fraction=np.nan, scatter=0.0)])

@@ -6,7 +6,6 @@ from pidpanel.report import facts
 
 
 def test_the_largest_error_of_the_power_balance_is_named(inputs):
-    # red: the mean; rows without a response counted
     summary = inputs.summary.copy()
     summary.loc[0, "power_balance_error"] = 3e-7
     rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))
@@ -15,13 +14,11 @@ def test_the_largest_error_of_the_power_balance_is_named(inputs):
 
 
 def test_a_coupon_is_counted_by_its_cases_that_are_ok(cases):
-    # red: all cases counted twice
     cases.loc[[1, 5], "status"] = "NotSteady"
     assert facts.cases_text(cases) == "12 cases, 10 of them ok"
 
 
 def test_the_largest_error_of_the_basis_is_named(inputs):
-    # red: good['basis_error'].min()
     summary = inputs.summary.copy()
     summary.loc[0, "basis_error"] = 0.0042
     rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))

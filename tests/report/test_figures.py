@@ -45,7 +45,6 @@ def assert_units(figure):
 
 
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
-    # red: `panel.curves[1:]`; a label without its unit
     figure = response_figures.charts_figure([panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
     assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
@@ -53,15 +52,7 @@ def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     assert_units(figure)
 
 
-def test_a_psd_is_drawn_in_the_unit_of_its_axis():
-    # red: another unit on the axis; a division by g²
-    figure = response_figures.charts_figure([panel()])
-    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(50 * LINES)
-    assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
-
-
 def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
-    # red: `curve.inside` for `outside` in draw_curve
     inside = LINES > 200
     figure = response_figures.charts_figure([panel(inside)])
     dashed = [line for line in figure.axes[0].lines if line.get_linestyle() == "--"]
@@ -75,17 +66,7 @@ def test_what_lies_outside_the_data_is_dashed_and_the_legend_says_so():
     assert not any("outside" in text.get_text() for text in whole.legends[0].get_texts())
 
 
-def test_every_line_is_in_the_legend_once():
-    # red: a legend of the first panel only, where the second shows more
-    curves = [*panel().curves, PageCurve("PID-2", LINES, style.PLACES[1])]
-    more = Chart("DEM", LINES, PSD_UNIT, curves)
-    figure = response_figures.charts_figure([panel(), more])
-    said = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert said == ["bare panel", "r = 0.1", "r = 0.5", "r = 0.9", "PID-2"]
-
-
 def test_a_table_of_reductions_has_each_number_in_its_cell():
-    # red: rows and bands exchanged; a colour for any number
     values = np.array([[0.0, 1.26, 12.4], [-2.0, 0.04, 3.0]])
     centre = np.array([100.0, 125.9, 158.5])
     (table,) = response_figures.reduction_tables(
@@ -106,7 +87,6 @@ def test_a_table_of_reductions_has_each_number_in_its_cell():
     ],
 )
 def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, axes, lines):
-    # red: `fills[1:]`; a label without its unit
     figure = coupon_figures.sweep_figure(cases, x, y, panel_of)
     shown = drawn_axes(figure)
     assert len(shown) == axes
@@ -115,7 +95,6 @@ def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, a
 
 
 def test_law_and_bound_are_drawn_beside_the_cases(cases):
-    # red: the law drawn at the fill of another line
     figure = coupon_figures.sweep_figure(
         cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION,
         law=lambda frequency, fill: 1000 * fill + 0 * frequency, bound="bound_n_s_m3",
@@ -128,7 +107,6 @@ def test_law_and_bound_are_drawn_beside_the_cases(cases):
 
 
 def test_the_spectrum_has_units(study, bands):
-    # red: a label without its unit
     (fragment,) = sound_section.sound_section(study, bands).blocks
     spectrum = response_figures.charts_figure(fragment.values["spectrum"].charts)
     assert_units(spectrum)
@@ -136,7 +114,6 @@ def test_the_spectrum_has_units(study, bands):
 
 
 def test_the_same_numbers_give_the_same_bytes_and_no_date():
-    # red: metadata left to matplotlib
     first, second = (style.png(response_figures.charts_figure([panel()])) for _ in range(2))
     assert first == second
     assert b"tEXt" not in first

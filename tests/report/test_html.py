@@ -69,7 +69,6 @@ def addresses(text):
 
 
 def test_the_page_fetches_nothing_and_holds_every_image():
-    # red: <img src="{{ block.name }}.png">
     pictures = [html.Picture(name, PNG + name.encode(), f"About {name}") for name in ("one", "two")]
     fetched, images = addresses(html.render(page(*pictures)))
     assert fetched == []
@@ -78,14 +77,12 @@ def test_the_page_fetches_nothing_and_holds_every_image():
 
 
 def test_text_is_shown_as_it_is_written():
-    # red: autoescape off
     text = html.render(page(html.Picture("one", PNG, "w < h/10 & <b>more</b>")))
     assert "Panel &lt;1&gt;" in text
     assert "w &lt; h/10 &amp; &lt;b&gt;more&lt;/b&gt;" in text
 
 
 def test_all_that_the_page_is_given_is_on_it():
-    # red: each loop of the template left out
     text = html.render(page(html.Picture("one", PNG, "a picture")))
     for words in ("150 dB", "assumed", "r = 0.1 is best", "beware", "does not hold", "make run",
                   "all is well", "a picture"):  # fmt: skip
@@ -93,23 +90,14 @@ def test_all_that_the_page_is_given_is_on_it():
 
 
 def test_a_template_that_asks_for_what_is_not_there_is_refused(tmp_path):
-    # red: jinja2's default undefined
     (tmp_path / "page.html").write_text("{{ page.nothing }}")
     with pytest.raises(jinja2.UndefinedError, match="nothing"):
         html.render(page(), tmp_path)
 
 
-def test_two_pictures_with_the_same_name_are_refused():
-    # red: the check left out, and one file over the other
-    one = html.Picture("one", PNG, "")
-    with pytest.raises(ValueError, match="pictures with the same name: one"):
-        html.render(page(one, one))
-
-
 @pytest.mark.parametrize("name", ["<!--<script>", "</script><b>", "]]>", "a < b"])
 def test_a_name_in_a_chart_cannot_end_or_keep_open_its_script(name):
     # a browser reads a script with `<!--<script` in it to the next `-->`: the rest of the page
-    # red: "</" escaped alone
     curve = html.PageCurve(name, np.ones(3), "#000000")
     chart = html.Chart("title", np.arange(1.0, 4.0), "unit", [curve])
     assert "<" not in chart.json

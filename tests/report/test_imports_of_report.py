@@ -10,7 +10,6 @@ MODULES = sorted(module.name for module in pkgutil.iter_modules(report.__path__)
 
 
 def test_importing_the_report_imports_no_pyplot():
-    # red: `import matplotlib.pyplot` at the head of any module
     names = ", ".join(f"pidpanel.report.{name}" for name in MODULES)
     code = f"import sys, {names}; print('matplotlib.pyplot' in sys.modules)"
     result = subprocess.run(

@@ -8,14 +8,12 @@ from tests.page_reader import blocks_of
 
 
 def test_losses_are_shown_in_percent_of_what_they_are_a_share_of(cases):
-    # red: the factor 100 left out
     left, right = losses_figure(cases).axes
     assert {y for line in left.lines for y in line.get_ydata()} == {45.0}
     assert {y for line in right.lines for y in line.get_ydata()} == {-1.0, 0.0}
 
 
 def test_runs_that_list_no_contacts_have_no_figure(cases):
-    # red: `closure.empty` never asked
     (block,) = blocks_of(losses_section(cases.assign(closure=np.nan)))
     assert block.kind == "paragraph"
     assert "is unknown" in block.text

@@ -14,9 +14,7 @@ def maps():
     cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     one = {name: np.linspace(0, 50, 6) for name in ("acceleration", "displacement")}
     one |= {name: 1e6 * np.linspace(0, 3, 12).reshape(2, 6) for name in UNITS if name not in one}
-    return map_dataset(
-        {("dem", "bare"): one, ("dem", "A_r0.5"): one}, [0.1, 0.2], vertices, cells, ["t", "b"]
-    )
+    return map_dataset({"bare": one, "A_r0.5": one}, [0.1, 0.2], vertices, cells, ["t", "b"])
 
 
 def test_edges_round_a_patch_are_those_of_one_of_its_cells():
@@ -28,7 +26,6 @@ def test_edges_round_a_patch_are_those_of_one_of_its_cells():
 
 def test_each_map_has_its_unit_and_one_scale(maps):
     # means of the corners: 30 m/s² and 27/11 MPa in the second cell
-    # red: factor left out; values.max() of a row in place of all
     figure = map_figure(maps, np.array([[True, False]]), ["bare panel", "A"])
     labels = [ax.get_ylabel() for ax in figure.axes]
     assert "rms acceleration, g" in labels and "rms von Mises stress, MPa" in labels
@@ -37,6 +34,5 @@ def test_each_map_has_its_unit_and_one_scale(maps):
 
 
 def test_one_singular_corner_does_not_take_the_colours():
-    # red: 1 - BEYOND → 1
     values, area = np.append(np.linspace(0, 1, 999), 1e6)[None], np.ones(1000)
     assert _exceeded_by(values, area) == pytest.approx(0.99, abs=0.01)

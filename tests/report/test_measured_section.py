@@ -24,7 +24,6 @@ def compared():
 
 
 def test_differences_have_the_errors_of_both(compared):
-    # red: errors added; the difference the other way round; a missing error as missing difference
     (block,) = measured_section(compared).blocks
     (quantity,) = block.values["quantities"]
     first, second, third = (
@@ -42,7 +41,6 @@ def test_differences_have_the_errors_of_both(compared):
 
 def test_the_agreement_is_that_of_points_that_both_have(compared):
     # measured over simulated is 1.1 twice, with differences of 3 and 7 standard errors
-    # red: points without the other counted; the mean of z for its rms
     assert agreement(compared, "simulated") == pytest.approx(
         {"name": "simulated", "points": 2, "ratio": 1.1, "rms": np.log(1.1), "z": np.sqrt(29)}
     )
@@ -51,7 +49,6 @@ def test_the_agreement_is_that_of_points_that_both_have(compared):
 
 
 def test_the_figure_has_a_column_for_each_fill_and_what_is_measured(compared):
-    # red: rows of all fills in each; m_a that nobody measured
     figure = measured_figure(compared)
     assert [axes.get_title("left") for axes in figure.axes] == ["r = 0.3", "r = 0.7"]
     lines = [line for line in figure.axes[0].lines if line.get_marker() == "o"]

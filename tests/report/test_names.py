@@ -7,7 +7,6 @@ from pidpanel.study import Filling, Scenario
 
 
 def test_a_name_has_the_level_where_the_study_has_several(study):
-    # red: `several` always true, or always false
     names = names_of(study)
     assert names["A_r0.1_150dB"] == "A, r = 0.1, 150 dB"
     assert names["bare_150dB"] == "bare panel, 150 dB"
@@ -17,17 +16,15 @@ def test_a_name_has_the_level_where_the_study_has_several(study):
 
 
 def test_no_two_scenarios_have_one_name(study, monkeypatch):
-    # red: the last line of names_of left out
     monkeypatch.setattr(Scenario, "name", "one")
     names = names_of(study)
     assert len(set(names.values())) == len(names)
 
 
 def test_a_damper_alone_has_the_same_name_as_a_layout_and_in_a_family():
-    # red: an explicit layout by its label: "third" in a warning, "A, r = 0.5" in the first table
-    filling = Filling(patch="A", damper=None, fill_fraction=0.5)
-    bare = Scenario(label="bare", fillings=(), oaspl_db=None)
-    alone = Scenario(label="third", fillings=(filling,), oaspl_db=None)
-    both = Scenario(label="both", fillings=(filling, filling), oaspl_db=None)
+    filling = Filling(damper="beads", fill_fraction=0.5)
+    bare = Scenario(label="bare", fillings={}, oaspl_db=None)
+    alone = Scenario(label="third", fillings={"A": filling}, oaspl_db=None)
+    both = Scenario(label="both", fillings={"A": filling, "B": filling}, oaspl_db=None)
     study = SimpleNamespace(all_scenarios=lambda: [bare, alone, both])
     assert list(names_of(study).values()) == ["bare panel", "A, r = 0.5", "both"]

@@ -43,7 +43,6 @@ def checked(folder, text):
 @pytest.mark.slow
 @pytest.mark.parametrize("section", WRITTEN)
 def test_a_section_alone_has_its_page(tmp_path, section):
-    # red: np.isfinite of an empty table of strengths, after everything is computed
     compute(*checked(tmp_path, WRITTEN[section]), tmp_path, 1)
     assert (tmp_path / "results" / "trial" / "report.html").is_file()
 

@@ -5,7 +5,6 @@ from tests.page_reader import blocks_of
 
 
 def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(basis, modes, printed):
-    # red: `how="inner"` with a row of the CSV file lost; `~` left out
     assert panel_section.is_papers_panel(modes, printed)
     _, table = blocks_of(panel_section.panel_section(basis, modes, printed))
     assert table.folded
@@ -20,14 +19,12 @@ def test_table_1_comes_with_its_22_rows_and_the_17_modes_that_it_leaves_out(basi
 
 
 def test_modes_without_orders_and_closed_forms_have_no_columns_of_them(basis, modes, printed):
-    # red: a KeyError
     plain = modes.drop(columns=["m", "n", "navier_hz"])
     _, table = blocks_of(panel_section.panel_section(basis, plain, printed))
     assert table.columns == ["mode", "computed, Hz", "modal mass, kg"]
 
 
 def test_another_panel_is_not_taken_for_the_papers(modes, printed):
-    # red: a tolerance of 1
     stiffer = modes.assign(navier_hz=1.01 * modes["navier_hz"])
     assert not panel_section.is_papers_panel(stiffer, printed)
     assert not panel_section.is_papers_panel(modes[modes["mode"] < 30], printed)

@@ -35,7 +35,6 @@ def scene(values, count=2):
 
 
 def test_spheres_are_seen_and_coloured_by_their_value():
-    # red: positions left out of the scene; a fixed colour
     image = scene([0.0])
     assert image.std() > 10
     assert saturated(image) > 0.05
@@ -47,7 +46,6 @@ def test_spheres_are_seen_and_coloured_by_their_value():
 
 
 def test_a_cell_that_moves_up_is_higher_in_its_own_frame():
-    # red: a frame drawn before the eye moves, with the height of the frame before
     row = films.CellRow(SHAPES["hexagon"].outline(6e-3), 6e-3, 12e-3, 1)
     images = films.spheres_film(
         [np.array([[0.0, 0.0, 5e-3]])] * 4, np.array([3e-3]), np.zeros((4, 1)), (0.0, 1.0), row,
@@ -60,7 +58,6 @@ def test_a_cell_that_moves_up_is_higher_in_its_own_frame():
 
 
 def test_cells_are_in_a_row_with_their_own_spheres():
-    # red: every sphere moved like the first cell
     width, count, drawn = 6e-3, 5, 4
     centres = np.pad(geometry.cell_centres(width, count), ((0, 0), (0, 1)))
     offset = np.array([1e-3, -2e-3, 4e-3])
@@ -74,7 +71,6 @@ def test_cells_are_in_a_row_with_their_own_spheres():
 
 
 def test_the_case_of_the_film_succeeded_and_is_nearest_to_half_fill(cases):
-    # red: the status not looked at
     cases["fill_fraction"] += 0.1
     nearest = films.nearest_case(cases)
     assert nearest == "r0.3_f100Hz_a12g"  # now of r = 0.4
@@ -101,7 +97,6 @@ def shares_of_the_bar(figure):
 
 def test_a_map_has_the_colours_of_its_bar_and_no_others():
     # on two elements only, whose corners have the colours of both ends
-    # red: a palette in `style.png`; shading="gouraud", whose way from blue to red is purple
     corners = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])[[[0, 1, 2], [0, 2, 3]]]
     values = np.array([-1.0, 1, -1, 1])[[[0, 1, 2], [0, 2, 3]]]
     with style.context():

@@ -15,17 +15,19 @@ from pidpanel.report.inputs import read_coupled, read_damping
 from pidpanel.study import StudyError, load_study
 
 DAMPING = """
-damping: {readings: [dem]}
-coupon:
-  cell: {depth_mm: 30}
-  sweep: {fill_fraction: [0.1, 0.6, 0.9], frequency_hz: [50, 150, 450], acceleration_g: [5, 50]}
+dampers:
+  beads:
+    model: tones
+    cell: {depth_mm: 30}
+    particles: {}
+    sweep: {fill_fraction: [0.1, 0.6, 0.9], frequency_hz: [50, 150, 450], acceleration_g: [5, 50]}
 """
 
 
 @pytest.fixture
 def dem(tmp_path, study_text):
     path = tmp_path / "dem.yaml"
-    lines = [line for line in study_text.splitlines() if not line.startswith("damping:")]
+    lines = [line for line in study_text.splitlines() if not line.startswith("dampers:")]
     path.write_text("\n".join(lines) + DAMPING)
     return load_study(path)
 
@@ -57,7 +59,6 @@ def folder(tmp_path):
 
 
 def test_the_damping_of_a_study_is_read_whole(folder):
-    # red: law.csv of another damper
     found = read_damping("coupon", folder)
     assert len(found.surface.cases) == 18
     assert {"constant", "value", "low", "high"} <= set(found.law.columns)
@@ -67,14 +68,12 @@ def test_the_damping_of_a_study_is_read_whole(folder):
 
 
 def test_cases_need_the_section_of_the_coupon(dem, folder):
-    # red: AttributeError of None
     with pytest.raises(StudyError, match="dem: no coupon named"):
         read_coupon(dem.model_copy(update={"coupon": None}), "coupon", folder)
 
 
 @pytest.mark.parametrize("others", [True, False])
-def test_coupled_runs_have_a_verdict_only_beside_other_readings(coupled_study, tmp_path, others):
-    # red: `> 0` for `> 1`
+def test_coupled_runs_have_a_verdict_only_beside_other_models(coupled_study, tmp_path, others):
     found = coupled_results(coupled_study)
     for name in ("summary", "impedance"):
         getattr(found, name).assign(patch="1").to_csv(tmp_path / f"{name}.csv", index=False)

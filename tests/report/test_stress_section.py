@@ -19,7 +19,7 @@ STRESS = [2e6, 3.456e6, 0.5e6, 4e6]
 def rows_of(layer, quantities, rms_of_points, points=("7", "12"), scenario="bare"):
     """Rows of response/stress.csv from rms values in SI units, (n_points, n_quantities)."""
     psd = np.broadcast_to(np.square(rms_of_points) / 100, (3, len(points), len(quantities)))
-    of = {"reading": "dem", "scenario": scenario, "layer": layer}
+    of = {"scenario": scenario, "layer": layer}
     return [{**of, **row} for row in stress_rows(FREQUENCY, psd, quantities, points)]
 
 
@@ -35,31 +35,21 @@ def stress():
 
 
 def test_every_scenario_and_point_has_one_row_at_its_worst_layer(stress):
-    # red: idxmax → idxmin; "point" left out of the grouping
-    (table,) = blocks_of(stress_section(stress, []))
-    assert [row[:4] for row in table.rows] == [
-        ["bare", "DEM", "7", "bottom"],
-        ["bare", "DEM", "12", "top"],
-        ["A_r0.5", "DEM", "7", "top"],
-        ["A_r0.5", "DEM", "12", "top"],
+    (table,) = blocks_of(stress_section(stress))
+    assert [row[:3] for row in table.rows] == [
+        ["bare", "7", "bottom"],
+        ["bare", "12", "top"],
+        ["A_r0.5", "7", "top"],
+        ["A_r0.5", "12", "top"],
     ]
-    assert table.columns[:4] == ["scenario", "damping model", "point", "layer"]
+    assert table.columns[:3] == ["scenario", "point", "layer"]
     assert table.folded
 
 
-def test_a_bare_panel_has_one_row_and_no_damping_model(stress):
-    # red: a row of every reading, "DEM"
-    both = pd.concat([stress, stress.assign(reading="table")], ignore_index=True)
-    (table,) = blocks_of(stress_section(both, ["bare"]))
-    assert [row[1] for row in table.rows if row[0] == "bare"] == ["–", "–"]
-    assert len([row for row in table.rows if row[0] == "A_r0.5"]) == 4
-
-
 def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
-    # red: values of another layer; three_sigma first; two symbols exchanged
-    (table,) = blocks_of(stress_section(stress, []))
+    (table,) = blocks_of(stress_section(stress))
     last = dict(zip(table.columns, table.rows[-1], strict=True))
-    assert {head: last[head] for head in table.columns[4:]} == {
+    assert {head: last[head] for head in table.columns[3:]} == {
         "σ_v 3σ, MPa": "12.0",
         "σ_v, MPa": "4.00",
         "σ_xx, MPa": "2.00",
@@ -69,5 +59,5 @@ def test_rms_and_three_sigma_are_in_mpa_and_micrometres_per_metre(stress):
         "ε_yy, µm/m": "45.6",
         "γ_xy, µm/m": "7.00",
     }
-    assert table.rows[0][4:6] == ["24.0", "8.00"]
-    assert table.rows[1][4:6] == ["120", "40.0"]
+    assert table.rows[0][3:5] == ["24.0", "8.00"]
+    assert table.rows[1][3:5] == ["120", "40.0"]

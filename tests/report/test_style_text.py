@@ -1,6 +1,5 @@
 """Names and titles of a study appear in figures as they were typed."""
 
-import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
 
@@ -11,7 +10,6 @@ from pidpanel.report import style
     "typed", ["P $x$ {1}", r"$\frac{", r"a \$ b", r"100 % & $5", "$C_e$ of $x$", "{0/90}s <b>"]
 )
 def test_a_text_is_drawn_as_typed_and_our_symbols_as_symbols(typed):
-    # red: `set_as_typed` left out of `png`; as_typed that escapes `$C_e$` too
     with style.context():
         figure = Figure()
         axes = figure.subplots()
@@ -26,13 +24,3 @@ def test_a_text_is_drawn_as_typed_and_our_symbols_as_symbols(typed):
         assert drawn == typed.replace(own, "") if own else drawn == typed
         assert axes.title._preprocess_math(text)[1] is (True if own else False)
         assert axes.yaxis.label._preprocess_math(axes.get_ylabel())[1] is True
-
-
-def test_settings_of_a_user_do_not_reach_the_figures():
-    # red: rc_context(_RC) on top of a matplotlibrc with text.usetex
-    with mpl.rc_context({"text.usetex": True, "axes.facecolor": "black"}):
-        with style.context():
-            assert not mpl.rcParams["text.usetex"]
-            assert mpl.rcParams["axes.facecolor"] == "white"
-            assert mpl.rcParams["font.size"] == 8
-        assert mpl.rcParams["text.usetex"]

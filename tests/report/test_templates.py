@@ -11,7 +11,6 @@ NAME = """<b>box</b> "7" & 'co'"""
 
 
 def test_names_in_templates_are_shown_as_typed():
-    # red: autoescape off; alt="{{ caption }}"
     values = {"maps": Picture("maps", b""), "layers": [NAME], "exceeded_share": 0.01}
     section = PageSection("maps", "Maps", [Fragment("maps.html", values)])
     text = render(Page("Panel", [], [section]))
@@ -23,6 +22,5 @@ def test_names_in_templates_are_shown_as_typed():
 
 
 def test_a_missing_value_is_refused():
-    # red: jinja2's default undefined
     with pytest.raises(jinja2.UndefinedError, match="exceeded_share"):
         templates.fill("maps.html", {"maps": Picture("maps", b""), "layers": []})

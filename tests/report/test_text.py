@@ -10,7 +10,6 @@ from pidpanel.report import text
     [
         (0.0, "0.00"),
         (99999.0, "99999"),
-        # red: the decimals of the value before it is rounded, "1.000"
         (0.99996, "1.00"),
         (9.998, "10.0"),
         (99.97, "100"),
@@ -20,18 +19,15 @@ from pidpanel.report import text
     ],
 )
 def test_numbers_keep_three_digits(value, written):
-    # red: a fixed number of decimals; a hyphen for a minus sign
     assert text.number(value) == written
 
 
 def test_a_value_without_an_error_is_written_alone():
-    # red: `error < 0` for `error <= 0`, and the logarithm of zero
     assert text.with_error(1.234, 0.0) == "1.23"
     assert text.with_error(float("nan"), 1.0) == "–"
 
 
 def test_units_of_the_tables_are_written_in_one_form():
-    # red: the powers left as digits
     assert [text.unit(name) for name in ("kg/m2", "m2/Pa2", "microstrain", "1", "N m")] == [
         "kg/m²", "m²/Pa²", "µm/m", "–", "N m",
     ]  # fmt: skip

@@ -27,7 +27,6 @@ def varied(cases):
 
 
 def test_a_case_is_compared_with_that_at_the_first_value_all_else_equal(varied):
-    # red: the last value for the first; the errors added instead of squared
     found = comparison(varied, "particles.friction")
     assert len(found) == 2 * 12
     assert set(found["from"]) == {0.1}
@@ -63,7 +62,6 @@ def test_sizes_are_varied_only_where_there_are_several():
 
 
 def test_the_table_has_a_row_for_each_point_and_a_column_for_each_value(varied):
-    # red: rows of another point's values; a case that is not there left out of its row
     table = blocks_of(varied_section(varied.drop(index=12), ["particles.friction"]))[0]
     assert table.columns == ["r", "f, Hz", "Γ", "0.1", "0.4", "0.9"]
     assert len(table.rows) == 12 and table.folded

@@ -22,7 +22,6 @@ def shifted(db, band):
      (10.0 * (1 - 0.99 * 0.03), 0.49, "yes")],
 )  # fmt: skip
 def test_both_limits_hold_of_an_exact_run(rms, band_db, holds):
-    # red: in _holds, abs(off) + 2 * error < 2 * limit; RMS_LIMIT = 0.033
     assert RMS_LIMIT == 0.03
     found = distance(rms, shifted(band_db, 2), run())
     assert found.holds == holds
@@ -32,7 +31,6 @@ def test_both_limits_hold_of_an_exact_run(rms, band_db, holds):
 
 
 def test_a_band_far_below_the_highest_does_not_count():
-    # red: counts = coupled.band_rms >= 0
     assert 20 * np.log10(BANDS.max() / BANDS[3]) > 20
     assert distance(10.0, shifted(9.0, 3), run()).holds == "yes"
     assert distance(10.0, shifted(9.0, 2), run()).holds == "no"
@@ -40,7 +38,6 @@ def test_a_band_far_below_the_highest_does_not_count():
 
 @pytest.mark.parametrize(("depth", "holds"), [(19.9, "no"), (20.1, "yes")])
 def test_a_band_counts_to_twenty_decibels_below_the_highest(depth, holds):
-    # red: 11 for 10; 21 for 20
     bands = np.array([1.0, 10 ** (-depth / 20)])
     coupled = CoupledRun(10.0, 0.0, bands, np.zeros(2))
     assert distance(10.0, bands * [1.0, 2.0], coupled).holds == holds
@@ -48,18 +45,15 @@ def test_a_band_counts_to_twenty_decibels_below_the_highest(depth, holds):
 
 @pytest.mark.parametrize(("off", "holds"), [(0.29, "yes"), (0.31, "open"), (0.69, "open"), (0.71, "no")])  # fmt: skip
 def test_an_error_of_the_run_leaves_open_what_it_could_decide(off, holds):
-    # red: in _holds, 2 * error -> error
     assert BAND_LIMIT == 0.5  # ± 2 · 0.1 dB
     assert distance(10.0, shifted(off, 1), run(band_error=0.1)).holds == holds
 
 
 def test_no_weighs_more_than_open():
-    # red: "open" if "open" in outcomes else "no" if "no" in outcomes else "yes"
     assert distance(12.0, BANDS, run(band_error=0.3)).holds == "no"
 
 
 def test_the_error_of_a_run_is_relative_to_its_rms():
-    # red: the product
     assert distance(10.0, BANDS, run(rms_error=0.2)).coupled_g_rms_relative_error == pytest.approx(
         0.02
     )

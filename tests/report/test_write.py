@@ -30,7 +30,6 @@ def assert_the_figures_are_those_of_the_page(page, folder):
 
 
 def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
-    # red: write_page without the loop over the pictures
     _, folder = table
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     assert {path.stem for path in (folder / "report").iterdir()} == {
@@ -46,7 +45,6 @@ def test_the_page_of_a_panel_holds_the_figures_beside_it(table):
 
 
 def test_figures_are_written_as_vectors(table, tmp_path):
-    # red: the date in the files; figures of images alone
     study, folder = table
     page = replace(from_study.page_of(load_study(study), study, folder), sections=[])
     write_figures(page, ("svg", "pdf"), tmp_path / "figures")
@@ -57,7 +55,6 @@ def test_figures_are_written_as_vectors(table, tmp_path):
 
 
 def test_names_that_look_like_numbers_stay_names(table):
-    # red: read_by_point without its dtype
     folder = table[1]
     for name in ("summary.csv", "stress.csv"):
         text = (
@@ -72,7 +69,6 @@ def test_names_that_look_like_numbers_stay_names(table):
 
 
 def test_the_page_of_a_coupon_holds_its_figures_its_case_and_its_run(coupon):
-    # red: the page without the figures
     _, folder, _ = coupon
     assert_the_figures_are_those_of_the_page(folder / "report.html", folder / "report")
     page = (folder / "report.html").read_text(encoding="utf-8")
@@ -82,7 +78,6 @@ def test_the_page_of_a_coupon_holds_its_figures_its_case_and_its_run(coupon):
 
 
 def test_the_cases_of_another_study_are_refused_by_name(coupon):
-    # red: the comparison of labels left out, and a KeyError
     file, folder, case = coupon
     text = (folder / "cases.csv").read_text()
     (folder / "others.csv").write_text(text.replace(case.label, "r0.4_f200Hz"))
@@ -94,7 +89,6 @@ def test_the_cases_of_another_study_are_refused_by_name(coupon):
 
 
 def test_a_case_is_computed_shown_and_confirmed(tmp_path):
-    # red: verify that returns no rows; a page of the rows of the first file alone
     rows = [tmp_path / "plate.csv", tmp_path / "field.csv"]
     for (stage, case), file in zip((("panel", "sandwich"), ("sound", "field")), rows, strict=True):
         call("verify", "", {}, {"rows": file}, params={"stage": stage, "case": case})

@@ -21,7 +21,6 @@ def model():
 
 
 def test_a_coupon_answers_without_a_run(model):
-    # red: atlas_coupons left out of `Study.coupons`; `judged` without the atlas
     rows = model.summary().set_index("scenario")
     filled = rows.loc["PID-1_r0.5"]
     assert filled["damping_source"] == "atlas of particle beds"
@@ -31,7 +30,6 @@ def test_a_coupon_answers_without_a_run(model):
 
 
 def test_under_sound_its_damping_is_that_of_tones_times_the_broadband_share(model):
-    # red: is_broadband=False in `damping_models`
     gamma = model.summary().set_index("scenario").loc["PID-1_r0.5", "damping_read_at_g"]
     psd = model.response().sel(scenario="PID-1_r0.5", patch="PID-1")
     f = psd["frequency"].to_numpy()
@@ -42,7 +40,6 @@ def test_under_sound_its_damping_is_that_of_tones_times_the_broadband_share(mode
 
 
 def test_a_damper_is_chosen_by_its_name(model):
-    # red: "atlas" among the sources
     values = model.damping(**POINT)
     assert (values["equivalent_damping"] > 0).all() and (values["inside"] == 1).all()
     with pytest.raises(ValueError, match="source = atlas: must be one of acrylic"):
@@ -51,7 +48,7 @@ def test_a_damper_is_chosen_by_its_name(model):
 
 @pytest.mark.parametrize(("modulus", "is_soft"), [(3200, False), (5, True)])
 def test_beds_softer_than_those_of_the_atlas_are_extrapolated(model, modulus, is_soft):
-    # contacts of rubber last longer than 0.02 periods from 60 Hz on; red: no `is_hard`: trusted
+    # contacts of rubber last longer than 0.02 periods from 60 Hz on
     soft = model.changed({"dampers.acrylic.particles.youngs_modulus_mpa": modulus})
     row = soft.summary().set_index("scenario").loc["PID-1_r0.5"]
     assert (row["extrapolated_share"] > 0.05) == is_soft

@@ -67,7 +67,6 @@ def springs(deck):
 
 @READERS
 def test_the_springs_of_a_patch_add_up_to_its_damper(tmp_path, read):
-    # red: area × C_e without the area of the grid; + ω² m_a
     vertices = np.array([[0.0, 0], [0.2, 0], [0.2, 0.1], [0, 0.1], [0.5, 0.1]])
     cells = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 2]])
     frequency = np.linspace(20.0, 400.0, 400)
@@ -86,7 +85,6 @@ def test_the_springs_of_a_patch_add_up_to_its_damper(tmp_path, read):
 
 @pytest.mark.parametrize("split", [False, True], ids=["rectangles", "triangles"])
 def test_the_areas_of_grids_integrate_a_wave_over_a_patch(split):
-    # red: equal shares of each cell, x² 3 % too large and the wave 0.4 % too small; the centre of a rectangle left out
     x, y = np.meshgrid(np.linspace(-0.1, 0.1, 9), np.linspace(-0.05, 0.05, 5))
     corner = (np.arange(4)[:, None] * 9 + np.arange(8)).ravel()
     cells = corner[:, None] + [0, 1, 10, 9]
@@ -128,7 +126,6 @@ def layouts(tmp_path_factory, write_study, law_values):
 def test_a_deck_read_back_and_solved_densely_gives_the_response(layouts, read):
     # the same modes and sound; springs at the vertices for the integral over the patch, whose
     # elements are 25 mm: 7e-4 of the PSD
-    # red: equal shares of each element, 4e-3; B left out of PBUSHT; the table of the first patch for both
     folder, study, files = layouts
     attached = springs(read(folder / "export" / "dampers_both.bdf"))
     panel = read_response_panel(study, named({"air": None} | files))

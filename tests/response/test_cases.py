@@ -33,7 +33,6 @@ class Model(Damper):
 
 
 def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
-    # red: the least; one Γ more where it does not depend on it; NaN of a mass that is not known
     lines = np.array([20.0, 50.0])
     for weight, peak, expected in ((4.0, 100.0, 6.0), (8.0, 1000.0, 8.0), (np.nan, 10.0, 6.0)):
         model = Model(weight, lambda gamma, peak=peak: 6.0 if gamma == peak else 1.0)
@@ -45,18 +44,16 @@ def test_the_largest_mass_is_that_of_any_motion_of_four_decades():
 
 
 def test_a_patch_counts_with_its_heaviest_damper_from_end_to_end_of_the_range():
-    # red: the last damper; the lowest frequency alone
     settings = SimpleNamespace(frequency_range=(20.0, 2000.0))
     basis = SimpleNamespace(patch_names=["a", "b", "c"])
     panel = SimpleNamespace(patch_area=np.ones(3), settings=settings, basis=basis)
-    heavy, light = Model(3.0, lambda _: 1.0, depends=False), Model(2.0, float, depends=False)
+    heavy, light = (Model(m, lambda _: 1.0, depends=False) for m in (3.0, 2.0))
     rising = Model(1.0, lambda _: 5.0, depends=False)  # at the highest frequency
     scenarios = scenarios_of({"a": heavy, "c": rising}, {"a": light})
     assert heaviest_dampers(panel, scenarios).tolist() == [3.0, 0.0, 5.0]
 
 
 def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line(monkeypatch):
-    # red: the level of the study; the best line
     given = {}
 
     def balance(frequency, modal, patches, spectrum, *others):
@@ -94,7 +91,7 @@ def scenarios_of(*dampers):
         *(
             ResponseScenario(
                 f"s{number}", "bare", 150.0, 2.5,
-                {patch: FilledDamper(f"d{patch}", model) for patch, model in by_patch.items()},
+                {patch: FilledDamper(f"{number}{patch}", model) for patch, model in by_patch.items()},
             )
             for number, by_patch in enumerate(dampers)
         ),
@@ -110,7 +107,6 @@ def plan_of(*models, dead_weight=True):
 
 
 def test_masses_that_do_not_damp_are_solved_once_for_each_set_of_masses():
-    # red: dead weight of damping; a mass of NaN; C_e of one; an own set for every model
     heavy, alike, unknown = Model(6.0, float), Model(6.0, float), Model(np.nan, float)
     plan = plan_of(heavy, alike, unknown)
     dead = [key[2] for key in plan.keys[1:]]
@@ -128,7 +124,6 @@ def test_masses_that_do_not_damp_are_solved_once_for_each_set_of_masses():
 
 
 def test_slopes_are_solved_where_a_damper_has_errors():
-    # red: where it has none
     exact, uncertain = Model(6.0, float), Model(6.0, float)
     uncertain.nodes = np.ones(1)
     plan = plan_of(exact, uncertain)
@@ -147,7 +142,6 @@ def two_patches(first, second):
 
 
 def test_one_unknown_mass_leaves_no_dead_weight_and_one_uncertain_damper_has_slopes():
-    # red: where any mass is known; where all dampers have errors
     known, unknown = Model(6.0, float), Model(np.nan, float)
     unknown.nodes = np.ones(1)
     plan = two_patches(known, unknown)

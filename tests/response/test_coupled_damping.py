@@ -27,7 +27,7 @@ def asked(bed, *frequency):
 
 
 def test_between_nodes_the_damping_is_a_power_and_the_mass_linear_in_the_logarithm():
-    # half way in ln f; held beyond; red: np.log(self._damping) → self._damping without exp (650)
+    # half way in ln f; held beyond
     found = asked(BED, 50.0, 200.0, 1600.0)
     assert found.equivalent_damping == pytest.approx([400.0, 600.0, 900.0])
     assert found.apparent_mass == pytest.approx([2.0, 1.5, 1.0])
@@ -38,7 +38,6 @@ def test_between_nodes_the_damping_is_a_power_and_the_mass_linear_in_the_logarit
 
 
 def test_the_covariance_is_that_of_the_nodes_and_of_all_together():
-    # red: `+ self.common_error**2` on the diagonal alone; `common` left out of the mass
     bed = CoupledDamping(**{**vars(BED), "common_error": 0.3})
     damping = np.diag([0.1**2, 0.2**2]) + 0.3**2
     mass = np.diag([0.2**2, 0.3**2]) + 0.3**2 * np.array([[4.0, 2.0], [2.0, 1.0]])
@@ -55,7 +54,6 @@ def test_the_covariance_is_that_of_the_nodes_and_of_all_together():
 
 
 def test_parts_of_a_patch_have_one_damper():
-    # red: zeros in cross_covariance
     f = np.array([150.0, 300.0])
     found = BED.cross_covariance(f, (0.5, 10.0), (0.5, 3.0))
     assert found == pytest.approx(BED.covariance(f, 0.5, 10.0))
@@ -63,7 +61,6 @@ def test_parts_of_a_patch_have_one_damper():
 
 
 def test_without_mass_the_damping_stays():
-    # red: `if self.with_mass` left out of either
     bed, f = BED.without_mass(), np.array([150.0, 300.0])
     assert asked(bed, *f).apparent_mass.tolist() == [0.0, 0.0]
     assert asked(bed, *f).equivalent_damping == pytest.approx(asked(BED, *f).equivalent_damping)
@@ -75,7 +72,7 @@ def test_without_mass_the_damping_stays():
 
 
 def test_what_is_not_resolved_does_not_feed_the_panel():
-    # C_e of −50 ± 100 counts as 50 with an error of its double; red: `_damping` without maximum
+    # C_e of −50 ± 100 counts as 50 with an error of its double
     unresolved = {"equivalent_damping": [-50.0, 900.0], "equivalent_damping_error": [100.0, 180.0]}
     bed = CoupledDamping(**{**vars(BED), **{k: np.array(v) for k, v in unresolved.items()}})
     found = asked(bed, 100.0)
@@ -84,7 +81,6 @@ def test_what_is_not_resolved_does_not_feed_the_panel():
 
 
 def test_the_own_force_is_a_power_and_its_coherence_linear():
-    # red: np.exp and np.log left out of own_force (8.5)
     psd, coherence = BED.own_force(np.array([50.0, 200.0, 800.0]))
     assert psd == pytest.approx([1.0, 4.0, 16.0])
     assert coherence == pytest.approx([0.8, 0.5, 0.2])
@@ -107,7 +103,6 @@ def rows(scenario, patch, damping, common):
 
 def test_a_table_of_coupled_runs_is_read_by_scenario_and_patch(tmp_path):
     # names that are numbers stay names
-    # red: dtype left out of read_csv; `.iloc[0]` of the table, not of the rows
     path = tmp_path / "impedance.csv"
     parts = [
         rows("140", "01", 9.0, 0.3)[:1],  # of a single band
@@ -130,7 +125,6 @@ def test_a_table_of_coupled_runs_is_read_by_scenario_and_patch(tmp_path):
 
 
 def test_errors_are_those_of_the_runs(tmp_path):
-    # red: np.log(10) / 10 → / 20; points in the order of the file; scenarios in another
     frequency = np.array([30.0, 100.0, 1000.0])
     errors = {("two", "326"): 2.0, ("two", "7"): 3.0, ("one", "326"): 0.5, ("one", "7"): 1.0}
     pd.DataFrame(

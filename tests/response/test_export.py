@@ -48,12 +48,10 @@ def cards(text):
 
 
 def test_nastran_cards_hold_the_psd_to_ten_figures(tmp_path):
-    # red: f"{value:16.9E}" → f"{value:16.3E}"; ENDT left out
     path = tmp_path / "tabrnd1.bdf"
     write_tabrnd1(path, FREQUENCY, CURVES, "study")
     text = path.read_text()
     assert max(len(line) for line in text.splitlines()) <= 72  # a card of large fields
-    # red: the node left out of the comment
     assert "$ subcase 1, grid 2, component 3: PID-1_r0.5, point middle" in text
     tables = cards(text)
     assert list(tables) == [1, 2]
@@ -63,7 +61,6 @@ def test_nastran_cards_hold_the_psd_to_ten_figures(tmp_path):
 
 
 def test_universal_files_are_read_back_with_node_direction_and_units(tmp_path):
-    # red: rsp_node=curve.node → rsp_node=1; PSD = 2; ASCII, which holds frequencies to six figures
     path = tmp_path / "psd.uff"
     write_uff58(path, FREQUENCY, CURVES, "study", POSITION)
     sets = pyuff.UFF(str(path)).read_sets()
@@ -78,7 +75,6 @@ def test_universal_files_are_read_back_with_node_direction_and_units(tmp_path):
 
 
 def test_lines_at_a_step_of_the_input_come_back_from_our_own_files(tmp_path):
-    # red: seven digits of a frequency; six in the universal file
     lines = frequency_grid(50.0, 200.0, 0.01, jumps=[100.0, 125.0])
     psd = np.where(lines < 100, 2.0, np.where(lines < 125, 1.0, 0.5))
     write_uff58(tmp_path / "psd.uff", lines, [Curve("bare", "P", 1, psd, psd)], "s", POSITION)
@@ -96,7 +92,6 @@ def test_lines_at_a_step_of_the_input_come_back_from_our_own_files(tmp_path):
 
 def test_universal_files_hold_points_and_units_in_the_columns_of_the_format(tmp_path):
     # read by the columns of its description (SDRC), not by the library that writes data set 58
-    # red: the position left out; lengths in mm
     path = tmp_path / "psd.uff"
     write_uff58(path, FREQUENCY, CURVES, "a study", POSITION)
     lines = path.read_text(encoding="latin-1").splitlines()
@@ -117,7 +112,6 @@ def test_universal_files_hold_points_and_units_in_the_columns_of_the_format(tmp_
 
 def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():
     # bands that adjoin add up to ∫ S df where they cover the range; straight lines in both: 1e-3
-    # red: (rms / g) ** 2 / width → * width; reduction(rms, of_bare)
     known = [dataclasses.replace(curve, log_error=np.full(FREQUENCY.size, 0.2)) for curve in CURVES]
     # 0.2 of every PSD is 0.1 of every rms value
     rows = third_octave_rows(FREQUENCY, known)
@@ -137,7 +131,6 @@ def test_third_octaves_hold_the_whole_mean_square_and_the_reduction():
 
 
 def test_base_motion_has_files_of_its_points_and_of_the_supports(tmp_path):
-    # red: the bare panel under the other input; the input left out; a case without a motion kept
     scale = xr.DataArray(
         [[1.0, 0.5], [0.4, np.nan]],
         dims=("scenario", "input"),

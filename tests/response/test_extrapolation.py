@@ -8,7 +8,7 @@ import pytest
 
 from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.damping.atlas import AtlasDamping, atlas_bed
-from pidpanel.damping.models import DampingValues, FilledDamper
+from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableDamping
 from pidpanel.response.extrapolation import (
@@ -44,7 +44,6 @@ def extrapolated(damper, gamma):
 
 
 def test_a_line_counts_by_its_distance_from_the_data(damper):
-    # red: weight of 1 for every line outside; distance in f left out
     assert not extrapolated(damper, 20.0).weight[LINES <= 100].any()
     little = extrapolated(damper, 50 * 1.01)
     inside = LINES <= 100
@@ -57,7 +56,6 @@ def test_a_line_counts_by_its_distance_from_the_data(damper):
 
 
 def test_a_line_between_data_counts_by_the_nearer_of_both_sides(damper):
-    # red: the side above alone; a side beyond the next; f in place of ln f
     lines = 20.0 * 2.0 ** np.array([0.0, 0.1, 0.3, 0.7, 1.0, 1.2])
     inside = np.array([False, True, False, False, True, False])
     steady = dataclasses.replace(damper, model=Steady())
@@ -66,27 +64,24 @@ def test_a_line_between_data_counts_by_the_nearer_of_both_sides(damper):
     np.testing.assert_allclose(weight, [0.1, 0, 0.2, 0.3, 0, 0.2], atol=1e-12)
 
 
-@dataclasses.dataclass
-class Steady:
+class Steady(Damper):
     """Damping that does not depend on the motion."""
 
-    depends_on_acceleration: bool = False
+    def __call__(self, frequency, fill_fraction, acceleration_g):
+        raise NotImplementedError
 
 
 def test_what_the_data_would_have_to_cover_is_named(damper):
-    # red: the range of the lines inside; {:.3g} of frequencies, 2e+03 Hz
     assert extrapolated(damper, 20.0).missing.startswith("lab to 20 g at 10")
     assert extrapolated(damper, 20.0).missing.endswith(" to 200 Hz")
     high = np.geomspace(20, 2000, 181)
     response = Response(np.array([20.0]), damper.model(high, 1.0, 20.0).inside[None])
     assert extrapolation_of([damper], response, high).missing.endswith(" to 2000 Hz")
-    # the data end at 100 Hz and have every fill; red: all lines outside; r of a table far below
+    # the data end at 100 Hz and have every fill
     for gamma in (60.0, 500.0):
         assert extrapolated(damper, gamma).missing == f"lab to {gamma:g} g at 100 to 200 Hz"
     below = Response(np.array([1234.5]), np.zeros((1, 91), bool))
-    # red: 1.23e+03 g
     assert extrapolation_of([damper], below, LINES[:91]).missing == "lab to 1230 g"
-    # red: "lab to  at 20 to 200 Hz" of damping without amplitudes
     steady = dataclasses.replace(damper, model=Steady())
     nowhere = Response(np.array([np.nan]), np.zeros((1, 181), bool))
     missing = extrapolation_of([steady], nowhere, LINES).missing
@@ -96,13 +91,12 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
 
 
 def test_damping_more_than_a_thousand_times_beyond_its_amplitudes_has_no_data_there(damper):
-    # the data end at 50 g; red: steps without end
+    # the data end at 50 g
     assert extrapolated(damper, 50e3).missing == "lab to 50000 g at 100 to 200 Hz"
     assert extrapolated(damper, 55e3).missing.endswith(" Hz and r = 1")
 
 
 def test_the_share_is_that_of_the_change_in_mean_square():
-    # red: |S_bare − S| replaced by S
     weight = np.where(LINES > 100, 0.5, 0.0)
     bare = np.ones((181, 2))
     damped = np.stack([np.where(LINES > 100, 0.2, 1.0), np.where(LINES > 100, 1.0, 0.2)], axis=1)
@@ -113,7 +107,7 @@ def test_the_share_is_that_of_the_change_in_mean_square():
 
 
 def test_more_motion_is_a_change_too():
-    # |S₀ − S| is 0.2, 0.2, 0.1, 0.1, of which the last two count; red: S₀ − S; whole > 1
+    # |S₀ − S| is 0.2, 0.2, 0.1, 0.1, of which the last two count
     f, weight = np.arange(4.0), np.array([0.0, 0.0, 1.0, 1.0])
     bare, damped = np.full((4, 1), 0.1), np.array([[0.3], [0.3], [0.0], [0.0]])
     share = Extrapolation(weight, "").share_of_change(bare, damped, f)
@@ -134,7 +128,6 @@ def of_the_atlas(sphere):
 
 
 def test_particles_softer_than_those_of_the_atlas_are_named_from_their_first_line_on():
-    # red: the last line; lines at which they are hard
     damper, lines = (
         of_the_atlas(ElasticSphere(1e-3, 1190.0, 1e6, 0.35)),
         np.array([50.0, 100.0, 200.0]),

@@ -77,7 +77,6 @@ def summary(files):
 
 
 def test_a_layout_weighs_what_its_dampers_weigh_on_their_areas(summary):
-    # red: apparent masses in place of what the dampers weigh; the box left out of the panel
     at = summary.xs("centre", level="point")["added_mass_kg"]
     assert at["both"] == pytest.approx(AREA * (3 + 6), rel=1e-5)
     assert at["heavy"] == pytest.approx(AREA * 12, rel=1e-5)
@@ -87,7 +86,6 @@ def test_a_layout_weighs_what_its_dampers_weigh_on_their_areas(summary):
 
 
 def test_dead_weight_is_the_same_mass_in_the_same_places(summary):
-    # red: dead weight of m_a, of the first patch alone, or of the bare panel
     heavy = summary.loc["heavy"].loc[["centre", "Edge"]]
     np.testing.assert_allclose(
         heavy["dead_weight_acceleration_rms_g"], heavy["acceleration_rms_g"], rtol=1e-5
@@ -100,7 +98,6 @@ def test_dead_weight_is_the_same_mass_in_the_same_places(summary):
 
 
 def test_a_mass_that_is_not_known_has_no_dead_weight(summary):
-    # red: np.nansum of the masses
     unknown = summary.loc["unknown"]
     assert unknown[["added_mass_kg", "added_mass_percent"]].isna().all(axis=None)
     assert unknown["dead_weight_reduction_db"].isna().all()
@@ -108,7 +105,6 @@ def test_a_mass_that_is_not_known_has_no_dead_weight(summary):
 
 
 def test_a_layout_of_one_patch_is_the_scenario_of_a_family(summary):
-    # red: `Layout(loads[:0], …)` in ResponsePanel._layout for labels without r
     values = ["acceleration_rms_g", "reduction_db", "acceleration_rms_error_g", "patch_motion_g"]
     alone, place = summary.loc["alone"], summary.loc["PID-1_pot_150dB"]
     np.testing.assert_allclose(alone[values], place[values], rtol=1e-5)
@@ -119,7 +115,6 @@ def test_a_layout_of_one_patch_is_the_scenario_of_a_family(summary):
 
 
 def test_the_stated_error_of_a_layout_is_that_of_a_changed_damper(files_of, summary):
-    # red: the block of a load taken from another in standard_errors
     def stronger(values):
         values["dampers"]["pot"]["equivalent_damping_n_s_m3"] = 909
 
@@ -134,7 +129,6 @@ def test_the_stated_error_of_a_layout_is_that_of_a_changed_damper(files_of, summ
 
 
 def test_a_point_on_a_support_says_so_and_has_no_nan(summary):
-    # red: `held` that is False everywhere: 20 lg(0/0)
     rim = summary.xs("rim", level="point").drop("unknown")
     assert (rim["status"] == "held").all()
     for column in ("acceleration_rms_g", "reduction_db", "dead_weight_reduction_db"):
@@ -145,7 +139,6 @@ def test_a_point_on_a_support_says_so_and_has_no_nan(summary):
 
 
 def test_every_filled_patch_has_a_row_with_its_motion_and_that_of_its_elements(files):
-    # red: cell_acceleration_g of the first load for all
     rows = pd.read_csv(files.layouts).set_index(["scenario", "patch"])
     assert len(rows) == 2 * 5 + 2
     assert rows["area_m2"].to_numpy() == pytest.approx(AREA)
@@ -159,7 +152,6 @@ def test_every_filled_patch_has_a_row_with_its_motion_and_that_of_its_elements(f
 
 
 def test_the_damping_of_a_patch_is_none_where_it_is_not_filled(files):
-    # red: C_e of the first load on all patches in damping_on_patches
     with xr.open_dataset(files.psd, engine="scipy") as psd:
         damping = psd["equivalent_damping"].load()
         weight = psd["dead_weight_acceleration_psd"].load()
@@ -172,7 +164,6 @@ def test_the_damping_of_a_patch_is_none_where_it_is_not_filled(files):
 
 
 def test_elements_as_loads_of_their_own_are_the_patch_where_motion_plays_no_part(files_of, summary):
-    # red: the areas of a patch's elements left out of the means of damping_on_patches or patch_rows
     def by_element(values):
         values["damping"] = {"level": {"by": "element"}}
         for name in ("heavy", "beside", "unknown", "place"):
@@ -196,7 +187,6 @@ def test_elements_as_loads_of_their_own_are_the_patch_where_motion_plays_no_part
 
 
 def test_the_modal_damping_of_a_layout_is_the_sum_over_its_patches(files):
-    # red: the ratio of the bare panel for every patch in modal_damping
     basis = read_basis(files.psd.with_name("modes.nc"))
     study = load_study(files.psd.with_name("layouts.yaml"))
     own, ratios = modal_damping(

@@ -25,7 +25,6 @@ def psds(psd, error=None):
 
 
 def test_the_error_is_half_of_that_of_the_mean_square_and_of_the_worst_point():
-    # red: the least; without ½; a point at rest; the error without its PSD
     found = _error_of_points(psds([[1, 5, 0], [3, 5, 0]], [[0.2, 0.1, 9], [0.4, 0.1, 9]]), *KEY)
     assert found == pytest.approx((0.2 + 1.2) / (2 * 4))
     small = _error_of_points(psds([[0.1], [0.3]], [[0.2], [0.4]]), *KEY)
@@ -35,7 +34,6 @@ def test_the_error_is_half_of_that_of_the_mean_square_and_of_the_worst_point():
 
 
 def test_dampers_are_read_on_the_lines_of_the_maps():
-    # red: patches of the file in their order; the bare panel with a damper
     lines, coarse = np.array([10.0, 20.0, 40.0]), np.array([15.0, 30.0])
     names = ("scenario", "frequency", "patch")
     values = np.array([[1.0, 10], [3, 20], [7, 40]])[None]
@@ -61,7 +59,6 @@ class Force:
 
 
 def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path, monkeypatch):
-    # red: beds of other scenarios; the factor for its inverse;
     # no core where a component of its stress is none
     asked = []
 
@@ -104,7 +101,7 @@ def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path
     assert [patches for _, patches, _ in asked] == [(), (1,), (1,)]
     assert asked[0][0] is force and asked[2][0] is force
     own = asked[1][0]
-    assert (own.first, own.second, own.share) == (force, {1: "its own"}, 0.4)
+    assert (own.first, own.second, own.share) == (force, "its own", 0.4)
     with xr.open_dataset(path, engine="scipy") as maps:
         values = {name: maps[name].values for name in maps.data_vars}
     np.testing.assert_allclose(values["acceleration_rms"], [[2, 4, 6, 8]] * 3)
@@ -114,12 +111,11 @@ def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path
 
 
 def test_paraview_finds_every_case_with_units_in_the_names(tmp_path):
-    # red: values.sel(layer=layer) → values.isel(layer=0)
     vertices = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     cells = np.array([[0, 1, 2, 3]])
     maps = {name: np.arange(4.0) for name in ("acceleration", "displacement")}
     maps |= {name: np.arange(8.0).reshape(2, 4) for name in UNITS if name not in maps}
-    found = {("dem", "bare"): maps, ("dem", "PID-1_r0.5"): maps}
+    found = {"bare": maps, "PID-1_r0.5": maps}
     path = tmp_path / "maps.nc"
     map_dataset(found, [0.1] * len(found), vertices, cells, ["top", "bottom"]).to_netcdf(
         path, engine="scipy"
@@ -129,7 +125,7 @@ def test_paraview_finds_every_case_with_units_in_the_names(tmp_path):
         write_paraview(tmp_path / "maps", dataset.load())
     root = ET.parse(tmp_path / "maps" / "maps.pvd").getroot()
     files = [entry.attrib["file"] for entry in root.iter("DataSet")]
-    assert files == ["dem_bare.vtu", "dem_PID-1_r0.5.vtu"]
+    assert files == ["bare.vtu", "PID-1_r0.5.vtu"]
     mesh = meshio.read(tmp_path / "maps" / files[1])
     np.testing.assert_array_equal(mesh.point_data["von_mises_rms_Pa_bottom"], np.arange(4.0, 8.0))
     np.testing.assert_array_equal(mesh.point_data["acceleration_rms_m_s-2"], np.arange(4.0))

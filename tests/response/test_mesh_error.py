@@ -95,8 +95,6 @@ PANELS = [(of_rectangles, case) for case in RECTANGLES] + [(of_triangles, c) for
 
 @pytest.mark.parametrize(("made", "case"), PANELS)
 def test_the_stated_error_of_the_mesh_contains_that_of_dampers_light_and_heavy(made, case):
-    # red: the bare section alone, `mesh_error` of mass = 0: the second is off by 0.2 dB; AMPLITUDE
-    # = 0: the third has rms +0.3 %, stated 0.03 %
     coarse, fine = made(*case)
     found, true = coarse.response(), fine.response()
     f, fine_f = found["frequency"].to_numpy(), true["frequency"].to_numpy()
@@ -118,7 +116,6 @@ def test_the_stated_error_of_the_mesh_contains_that_of_dampers_light_and_heavy(m
 
 
 def test_a_patch_has_the_error_of_its_own_elements():
-    # red: the longest edge of the panel for every patch: 0.8 dB, "mesh too coarse"; true 0.1 dB
     damper = ([0.45, 0.2], [0.1, 0.12], 300, 60)
     panel = ("sandwich", [0.7, 0.5], 0.0977, 500, "simply_supported", 0.01)
     stated = triangles(*panel, *damper).summary().query("scenario == 's'")
@@ -131,13 +128,11 @@ HEAVY = ("sandwich", [0.5, 0.4], 0.05, 1000, "simply_supported", 0.01, [0.25, 0.
 
 
 def test_elements_made_for_a_damper_do_where_it_weighs_thirty_times_the_panel():
-    # red: `longest_edge` in `patch_sizes`: its own elements were refused, with 1.2 dB
     rows = triangles(*HEAVY).summary().query("scenario == 's'")
     assert 0.05 < decibels(rows["mesh_error"].max()) < 0.5
 
 
 def test_a_scenario_has_the_mesh_error_of_its_own_dampers():
-    # red: the mass of all scenarios for each: 1.6 dB stated at a fill of 0.3, which has 0.2
     both = triangles(*HEAVY).changed({
         "dampers.light": {"equivalent_damping_n_s_m3": 100, "apparent_mass_kg_m2": 5},
         "scenarios.t": {"layout": {"p": {"damper": "light"}}},
@@ -155,14 +150,11 @@ def test_a_scenario_has_the_mesh_error_of_its_own_dampers():
     [((6, 4), 0.25, 30.0, 300), ((12, 8), 0.125, 150.0, 1200)],
 )
 def test_a_mesh_that_heavy_dampers_make_too_coarse_is_refused(elements, size, mass, highest):
-    # red: `check_resolution` of the bare section: PSDs were off by 18 and 25 dB, 0.02 % stated
     with pytest.raises(pidpanel.StudyError, match="under p, whose damper can weigh"):
         model(elements, size, mass, highest, 0.01, (0, 0, *elements))
 
 
 def test_resonances_that_no_lines_resolve_are_refused():
-    # red: the ratio that the lines resolve cut off at `smallest_damping_ratio` without a word,
-    # which left 1.5 lines to a bandwidth
     modal = ModalBasis([100.0, 900.0], [1.0, 1.0], 0.001)
     basis = SimpleNamespace(patch_overlap=np.eye(2)[None] / 4.0)  # of a panel of 4 kg/m²
     settings = SimpleNamespace(frequency_range=(30.0, 2000.0), damping_ratio=DampingRatio((0.001,)))
@@ -184,8 +176,6 @@ FREE = [
 def test_the_stated_error_of_the_mesh_contains_that_of_the_shear_at_free_edges(
     monkeypatch, size, section
 ):
-    # red: waves alone, whose shift is 60·10⁻⁶ where torsion is 2400·10⁻⁶ too high: 2 dB, unmarked;
-    # the same shift in all modes, four to five times too large
     free = pidpanel.Model({
         "panel": {"outline_m": [1.2, 0.36], "supports": "free", "damping_ratio": 0.01,
                   "section": section, "mesh": {"kind": "triangles", "size_m": size},
@@ -213,7 +203,6 @@ def test_the_stated_error_of_the_mesh_contains_that_of_the_shear_at_free_edges(
 
 
 def test_rows_of_a_panel_that_single_points_hold_are_not_trusted():
-    # red: named in a warning, and trusted all the same
     held = {f"h{x}": {"at_m": [x, 0.3], "kind": "hold_down", "radius_m": 0} for x in (0.2, 0.7)}
     panel = triangles("thin", [0.9, 0.6], 0.12, 200, "free", 0.02, [0.45, 0.3], [0.1, 0.1], 100, 1)
     rows = panel.changed({"panel.supports": {"outline": "free", "points": held}}).summary()

@@ -25,7 +25,6 @@ def case(*errors, dead=None):
 
 
 def test_the_error_of_single_tones_is_a_share_of_the_effect_of_the_damping():
-    # red: the bare panel where dead weight is known; ln of g rms twice
     error = model_error_of(case(SINGLE_TONES, EXACT), response(PSD))
     share, rest = SINGLE_TONES
     effect = np.array([[1, 1], [1, 0]]) * share * np.log(4)
@@ -36,27 +35,23 @@ def test_the_error_of_single_tones_is_a_share_of_the_effect_of_the_damping():
 
 
 def test_the_error_of_the_law_does_not_depend_on_its_effect():
-    # red: of_rms taken for that of a PSD
     error = model_error_of(case(PAPER_LAW), response(PSD))
     assert error.log_psd == pytest.approx(2 * PAPER_LAW.of_rms)
     assert error.log_rms == pytest.approx(PAPER_LAW.of_rms)
 
 
 def test_linear_dampers_and_the_bare_panel_have_none():
-    # red: of zeros for None
     assert model_error_of(case(EXACT), response(PSD)) is None
     assert model_error_of(case(), response(PSD)) is None
 
 
 def test_a_point_at_rest_has_the_part_without_effect_alone():
-    # red: `|` of both; > 1
     undamped, damped = np.array([2.0, 0.0, 0.5, 0.0]), np.array([0.0, 1.0, 0.25, 0.0])
     error = log_error(BroadbandError(4 / np.log(2), 3.0), undamped, damped)
     assert error == pytest.approx([3, 3, 5, 3])
 
 
 def test_both_errors_are_independent():
-    # red: their sum
     first, second = (StandardErrors(np.full((1, 1), e), np.full(1, e), np.ones(1)) for e in (3, 4))
     both = with_model_error(first, second)
     assert both.log_psd.item() == both.log_rms.item() == pytest.approx(5)
@@ -65,7 +60,7 @@ def test_both_errors_are_independent():
 
 
 def test_the_errors_are_those_of_the_scenarios_that_set_them():
-    # the table of 16 scenarios at three points; red: 0.44; 0.22
+    # the table of 16 scenarios at three points
     docs = Path(__file__).parents[2] / "docs"
     page = (docs / "theory" / "damping.md").read_text()
     rows = [line.split("|") for line in page.splitlines() if line.startswith("| acrylic")]

@@ -7,7 +7,6 @@ from pidpanel.response.nastran import large_field_table, modal_damping_ratio, wr
 
 
 def test_fields_fill_their_columns_and_the_table_ends():
-    # red: {number:16d} → {number:8d}; {fields:48} → {fields:47}; FIELDS_PER_LINE = 4 → 8
     x, y = np.array([20.0, 31.5, 2000.0]), np.array([1e-12, 0.25, 3e5])
     lines = "".join(large_field_table("TABRND1", 7, ["LINEAR", "LINEAR"], x, y)).splitlines()
     assert lines[0] == "TABRND1*" + f"{7:16d}" + 2 * f"{'LINEAR':>16}" + 16 * " "

@@ -11,7 +11,6 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.response.panel import (
     ResponsePanel,
     Settings,
-    patch_elements,
     widen,
 )
 from pidpanel.solve.model import Patches
@@ -40,7 +39,7 @@ def panel(elements=None, least=None, **settings):
 
 
 def test_lines_resolve_the_panel_and_have_its_modes_and_the_steps_of_the_input():
-    # eight to a bandwidth 2 ζ f and three in the search; red: residual vectors too; ζ of the bare
+    # eight to a bandwidth 2 ζ f and three in the search
     for least, ratio in ((None, 0.01), (0.004, 0.004)):
         made = panel(least=least, jumps=(141.0,))
         assert made.resolved_ratio == ratio
@@ -55,7 +54,6 @@ def test_lines_resolve_the_panel_and_have_its_modes_and_the_steps_of_the_input()
 @pytest.mark.parametrize("elements", [None, ELEMENTS])
 @pytest.mark.parametrize("by_element", [False, True])
 def test_elements_carry_dampers_where_a_study_wants_it_and_they_are_known(elements, by_element):
-    # red: either of both; patches of the elements for those of the panel
     made = panel(elements, by_element=by_element)
     split = by_element and elements is not None
     assert made.by_element == split
@@ -71,7 +69,6 @@ def test_elements_carry_dampers_where_a_study_wants_it_and_they_are_known(elemen
 
 
 def test_a_solver_for_rms_values_has_few_lines_and_deflections_alone():
-    # red: exchange of both; uncoupled modes though all are wanted
     made = panel(is_diagonal=True)
     few, whole = made.solver(rms_only=True).panel, made.solver(full=True).panel
     assert few.frequency.size == few.search_frequency.size < whole.frequency.size
@@ -80,28 +77,7 @@ def test_a_solver_for_rms_values_has_few_lines_and_deflections_alone():
     assert few.is_diagonal and not whole.is_diagonal and not panel().solver().panel.is_diagonal
 
 
-def test_the_elements_of_patches_have_their_quadrature_points():
-    # three cells of two points; the middle one lies in both patches; red: the first two cells
-    draw = np.random.default_rng(3)
-    at_points, vectors = draw.normal(size=(6, 4)), draw.normal(size=(4, 2)).astype(np.float32)
-    at_points[:, 1] = 0
-    weight = np.arange(1.0, 7.0)
-    plate = SimpleNamespace(quadrature_weight=weight, at_quadrature=sp.csr_array(at_points))
-    inside = np.array([[True, True, False], [False, True, True]])
-    found = patch_elements(
-        SimpleNamespace(cells=np.zeros((3, 4)), cell_in_patch=inside), plate, vectors
-    )
-    assert found.patch.tolist() == [0, 0, 1, 1]
-    assert found.parts.area.tolist() == [3, 7, 7, 11]
-    shape = at_points @ vectors.astype(float)
-    for overlap, cell in zip(found.parts.overlap, (0, 1, 1, 2), strict=True):
-        points = slice(2 * cell, 2 * cell + 2)
-        expected = shape[points].T @ (weight[points, None] * shape[points])
-        np.testing.assert_allclose(overlap, expected, rtol=1e-6)
-
-
 def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():
-    # red: widened by nothing
     plate = SimpleNamespace(
         quadrature_weight=np.arange(1.0, 7.0), at_quadrature=sp.csr_array(np.eye(6)),
         shapes=np.ones((6, 3), np.float32),
@@ -114,7 +90,7 @@ def test_a_basis_that_lacks_nothing_stays_and_has_its_elements():
 
 
 def test_the_force_of_particles_is_the_sum_of_their_patches():
-    # two square cells of a mesh, a patch each, on 25 lines even in ln f; red: one patch alone
+    # two square cells of a mesh, a patch each, on 25 lines even in ln f
     position = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]]) * 0.1
     cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
     shape = np.ones((6, 1))

@@ -7,7 +7,7 @@ import pytest
 
 from pidpanel.response.cases import SolvedCase
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.tables import damping_on_patches, only_motion, patch_rows
+from pidpanel.response.tables import damping_on_patches, patch_rows
 
 AREA = np.array([1.0, 3.0, 2.0])
 PATCH = np.array([1, 1, 0])
@@ -55,7 +55,6 @@ RESPONSE = SimpleNamespace(
 
 @pytest.mark.parametrize(("by_element", "extremes"), [(False, (0.5, 9.0)), (True, (3.0, 4.0))])
 def test_a_patch_of_several_dampers_has_their_sums_and_mean_squares(by_element, extremes):
-    # red: shares of all areas; any for all; the mean without its square
     second, first = patch_rows(panel(by_element), case(), RESPONSE)
     assert (second["patch"], second["damper"], second["fill_fraction"]) == ("b", "steel", 0.5)
     assert (first["patch"], first["damper"], first["fill_fraction"]) == ("a", "acrylic", 0.8)
@@ -69,19 +68,7 @@ def test_a_patch_of_several_dampers_has_their_sums_and_mean_squares(by_element, 
     assert first["outside_run_points_share"] == pytest.approx(0.25)
 
 
-def test_a_case_has_the_motion_of_its_only_patch_and_the_bare_panel_that_of_the_first_filled():
-    # red: of several patches; the first scenario whether filled or not
-    found = only_motion(panel(), case({"b": FILLED["b"]}), RESPONSE, [])
-    assert found == pytest.approx((np.sqrt(13 / 4), np.sqrt(57 / 4)))
-    assert np.isnan(only_motion(panel(), case(), RESPONSE, [])).all()
-    scenarios = [SimpleNamespace(patches=()), SimpleNamespace(patches=("b", "a"))]
-    read, moved = only_motion(panel(), case({}), RESPONSE, scenarios)
-    assert np.isnan(read) and moved == pytest.approx(np.sqrt(57))
-    assert np.isnan(only_motion(panel(), case({}), RESPONSE, scenarios[:1])).all()
-
-
 def test_the_damping_of_a_patch_is_the_mean_over_its_area():
-    # red: shares of all areas; inside where any is; ones for a patch without damper
     found = damping_on_patches(panel(), case(), RESPONSE)
     np.testing.assert_allclose(found["equivalent_damping"][:, 0], [5, (4 + 3 * 8) / 4, 0])
     np.testing.assert_allclose(found["apparent_mass"][:, 0], [7, (1 + 3 * 3) / 4, 0])

@@ -37,7 +37,6 @@ def summary_of(tmp_path, upstream, write_study, table_values):
 
 
 def test_the_air_lowers_the_bare_panel(summary_of):
-    # red: `read_air` that returns None always
     vacuum = summary_of("vacuum", lambda values: None)
     air = summary_of("air", lambda values: values["response"].update(radiation="one_side"))
     for at in [("bare_150dB", "centre"), ("bare_140dB", "Edge")]:
@@ -46,7 +45,6 @@ def test_the_air_lowers_the_bare_panel(summary_of):
 
 
 def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
-    # red: `_refuse_outside` without its raise
     def louder(outside):
         def change(values):
             values["sound"]["oaspl_db"] = 175
@@ -57,12 +55,13 @@ def test_motion_outside_the_simulated_range_is_marked_or_refused(summary_of):
 
     marked = summary_of("mark", louder("mark"))
     assert (marked["outside_run_points_share"] == 1).sum() > 0
-    with pytest.raises(OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is read at .* g, "):
+    with pytest.raises(
+        OutsideSimulatedRange, match=r"PID-1_r0\.3_175dB: C_e is evaluated at .* g, "
+    ):
         summary_of("refuse", louder("refuse"))
 
 
 def test_without_damper_mass_the_patch_is_a_dashpot(summary_of):
-    # red: with_mass_of that always returns the damper itself
     heavy = summary_of("heavy", lambda values: None)
     plain = summary_of("plain", lambda values: values["response"].update(damper_mass=False))
     at = ("PID-1_r0.8_150dB", "centre")
@@ -75,7 +74,6 @@ def test_without_damper_mass_the_patch_is_a_dashpot(summary_of):
 
 
 def test_the_diagonal_form_says_what_it_costs_and_the_full_one_costs_nothing(summary_of):
-    # red: `_judged` that returns one.response
     def diagonal(values):
         values["response"]["modal_damping"] = "diagonal"
 
@@ -104,7 +102,6 @@ def test_air_without_its_file_is_refused(upstream, tmp_path, write_study, table_
 
 
 def test_the_error_contains_what_single_tones_leave_out(summary_of):
-    # red: model_error_db of the bare panel in place of dead weight; with_model_error left out
     found = summary_of("model", lambda values: None)
     rows = found[found["added_mass_kg"] > 0]
     effect = rows["reduction_db"] - rows["dead_weight_reduction_db"]
@@ -116,7 +113,6 @@ def test_the_error_contains_what_single_tones_leave_out(summary_of):
 
 
 def test_a_panel_that_moves_by_more_than_a_tenth_of_its_thickness_is_stretched(summary_of):
-    # red: stretched_reduction_db of the linear bare panel; errors of the linearisation left out
     def loud(values):
         values["sound"]["oaspl_db"] = 168
         values["scenarios"] = {

@@ -30,7 +30,6 @@ FOUND = flat(1e-12, np.array([True, True, True, True, False]))
 
 def test_a_row_holds_the_response_in_the_units_of_its_columns():
     # w_rms = √(1e-12 · 4) = 2 µm; a by ω⁴ and v by ω² in trapezoids of 1 Hz
-    # red: displacement * 1e3 → / 1e3; 1 - float(np.mean(found.inside)) → 1 +
     omega = 2 * np.pi * FLAT
     expected = {
         "displacement_rms_mm": 2e-3,
@@ -52,7 +51,7 @@ def test_a_row_holds_the_response_in_the_units_of_its_columns():
 
 @pytest.mark.parametrize(("thickness", "beyond"), [(1.95e-5, True), (2.05e-5, False)])
 def test_a_deflection_above_a_tenth_of_the_thickness_is_beyond_the_linear_plate(thickness, beyond):
-    # w_rms = 2 µm; red: thickness / 10 → thickness / 11
+    # w_rms = 2 µm
     columns = tables.summary_columns(
         FOUND, BARE, thickness=thickness, power_balance_error=0.0, full=BARE.response,
         read_at_g=3.0, patch_motion_g=4.0,
@@ -61,7 +60,7 @@ def test_a_deflection_above_a_tenth_of_the_thickness_is_beyond_the_linear_plate(
 
 
 def test_stress_is_told_in_mpa_and_strain_in_microstrain_with_three_sigma():
-    # flat PSDs over 4 Hz; red: 3 * value → 3 / value; ("MPa", 1e-6) → 1e6
+    # flat PSDs over 4 Hz
     psd = np.broadcast_to([4e-12, 1e12], (5, 1, 2))
     strain, stress = tables.stress_rows(FLAT, psd, {"strain_xx": "1", "von_mises": "Pa"}, ["a"])
     assert (strain["unit"], stress["unit"]) == ("microstrain", "MPa")
@@ -97,7 +96,6 @@ def law(size=1.0, heavier=0.0, follows=0.7):
 
 def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
     # everything in proportion: C_e far below 1 N s/m³ is no other than C_e far above
-    # red: where=low > 0 → where=low > 1 in `sensitivity`
     found = []
     for size in (1.0, 1e-4):
         solver, loads = panel(size), [AttachedDamper(0, law(size))]
@@ -111,7 +109,6 @@ def test_a_light_panel_follows_a_light_damper_as_a_heavy_one_a_heavy():
 def test_a_mass_that_follows_the_level_is_followed():
     # C_e independent of Γ, m_a falling with ln Γ: scenarios solved anew with m_a moved by 1e-3
     # kg/m² at one node; the search closes to 1e-6 over 2e-3, STEP is good to 4e-4 of the scale
-    # red: (high_mass - low_mass) / (2 * STEP) → 3 * STEP in `sensitivity`
     solver, step = panel(1.0), 1e-3
     loads = [AttachedDamper(0, law(follows=0))]
     found = solve_layout(solver, loads, 2.5)
@@ -133,7 +130,6 @@ def test_a_mass_that_follows_the_level_is_followed():
 
 
 def test_the_error_of_a_stress_is_half_that_of_its_mean_square():
-    # red: rms in place of its square; a stress that is zero divides
     frequency = np.linspace(10.0, 110.0, 101)
     psd = np.array([[[4.0, 0.0]]]) * np.ones((101, 1, 1))
     log_error = np.where(frequency < 60, 0.3, 0.1)[:, None]

@@ -82,7 +82,6 @@ def processes(job):
 
 
 def test_a_study_through_slurm_with_jobs_lost_on_the_way_has_the_local_files(tmp_path):
-    # red: `env` with SLURM_STEP_ID in `process.Liggghts`; `retries` left out of the profile
     local, far = tmp_path / "local", tmp_path / "far"
     for folder in (local, far):
         folder.mkdir()

@@ -101,7 +101,6 @@ def reduced_psd(basis, frequency, damping, mass, zeta=ZETA, wavenumbers=((0.0, 0
 
 
 def test_damping_is_continuous_above_the_last_mode(panel):
-    # red: residual vectors with ζ f/f_c beside modes above f_c with ζ
     _, basis, _ = panel
     modes = basis.natural_frequency[~basis.is_residual]
     modal = modal_basis(basis, ZETA, modes[-1] / 10)
@@ -111,9 +110,6 @@ def test_damping_is_continuous_above_the_last_mode(panel):
 
 @pytest.mark.parametrize("zeta", [ZETA, FALLING], ids=["constant", "falling"])
 def test_the_error_is_that_against_dense_matrices(panel, zeta):
-    # red: ζ at f_c in every mode of `Elements._modal_damping`; f_c / f of residual vectors
-    # red: in `pressure_errors`, psd[:, 0] / psd[:, 0]
-    # red: in `pressure_errors`, force[imag, real] + force[real, imag]
     plate, basis, stored = panel
     lines = np.array([90.0, 250.0, 380.0])
     scenarios = [heavy(lines), heavy(lines, 0.0, 0.0)]
@@ -129,7 +125,6 @@ def test_the_error_is_that_against_dense_matrices(panel, zeta):
 
 
 def test_under_plane_waves_the_error_is_that_against_dense_matrices(panel):
-    # red: in `pressure_errors`, force[imag, real] + force[real, imag]; of_basis without conj()
     plate, basis, stored = panel
     line, waved = np.array([250.0]), ((6.0, 2.0), (-1.0, 9.0))
     found = checked(panel, basis, stored.shapes, line, [heavy(line)], force=waves)
@@ -138,19 +133,7 @@ def test_under_plane_waves_the_error_is_that_against_dense_matrices(panel):
     np.testing.assert_allclose(found.error, np.abs(missed).max(), rtol=0.05)
 
 
-def test_what_is_left_out_weighs_as_much_as_the_error_that_it_makes(panel):
-    # red: missing without conj(); energy without the square root; error * REFINED_ABOVE
-    _, basis, stored = panel
-    line = np.array([380.0])
-    found = checked(panel, basis, stored.shapes, line, [heavy(line)])
-    energy = np.sum(found.missing_shapes * (stored.stiffness @ found.missing_shapes))
-    # at each point 1 for every 4e-3 of error, of which two columns lose at most a tenth
-    lost = len(POINTS) * 2 * 0.1**2
-    assert energy == pytest.approx(len(POINTS) * (found.error.item() / 4e-3) ** 2, abs=lost)
-
-
 def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
-    # red: in check_basis, missing_shapes += [np.real(missing), np.real(missing)] (3 % remain)
     plate, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     first = checked(panel, basis, stored.shapes, lines, [heavy(lines)])
@@ -163,7 +146,6 @@ def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
 
 
 def test_what_scenarios_miss_alike_is_added_once(panel):
-    # red: `columns` returned by principal as they are
     _, basis, stored = panel
     lines = lines_to_try((30.0, HIGHEST), 1, 1)
     one = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).missing_shapes
@@ -173,7 +155,6 @@ def test_what_scenarios_miss_alike_is_added_once(panel):
 
 
 def test_of_every_column_no_more_than_the_remainder_is_left():
-    # red: square[::-1] with V as it is; `np.any` for `np.all`
     rng = np.random.default_rng(3)
     root = rng.normal(size=(40, 40))
     K = sp.csr_array(root @ root.T + 40 * np.eye(40))
@@ -191,19 +172,7 @@ def test_of_every_column_no_more_than_the_remainder_is_left():
     assert np.sqrt(np.einsum("ki,ki->i", left, K @ left)).max() > 0.05
 
 
-def test_the_wider_basis_is_checked_as_right(panel):
-    # red: in basis_shapes, return shapes
-    _, basis, stored = panel
-    lines = lines_to_try((30.0, HIGHEST), 1, 1)
-    left_out = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).missing_shapes
-    wider = refined(basis, stored, basis_shapes(basis, stored, left_out))
-    shapes = basis_shapes(basis, stored, left_out).vectors
-    other = lines_to_try((30.0, HIGHEST), 1, 1, attempt=1)
-    assert checked(panel, wider, shapes, other, [heavy(other)]).largest[0] < 5e-3
-
-
 def test_a_basis_that_is_right_has_nothing_to_add(panel):
-    # red: REFINED_ABOVE = 0
     _, basis, stored = panel
     lines = np.array([60.0, 70.0])  # about the first mode
     found = checked(panel, basis, stored.shapes, lines, [heavy(lines, 0.0, 0.0)])
@@ -211,7 +180,6 @@ def test_a_basis_that_is_right_has_nothing_to_add(panel):
 
 
 def test_every_attempt_has_lines_of_its_own_within_the_range():
-    # red: in lines_to_try, offset = 0.5
     lines = [lines_to_try((30.0, 1000.0), 1, 1, attempt) for attempt in range(4)]
     apart = np.abs(np.concatenate(lines)[:, None] - np.concatenate(lines))
     np.fill_diagonal(apart, np.inf)
@@ -219,18 +187,8 @@ def test_every_attempt_has_lines_of_its_own_within_the_range():
     assert all(len(one) == 12 and one[0] >= 30 and one[-1] <= 1000 for one in lines)
 
 
-def test_lines_share_the_square_of_the_range_evenly():
-    # red: count - offset; np.sqrt left out; low - (high - low) * share
-    lines = lines_to_try((100.0, 300.0), 10**6, 10**3)
-    np.testing.assert_allclose(((lines - 100) / 200) ** 2, [0.25, 0.75])
-    # the golden section of a step further on, from its start again
-    again = lines_to_try((100.0, 300.0), 10**6, 10**3, attempt=1)
-    np.testing.assert_allclose(((again - 100) / 200) ** 2, [0.0590170, 0.5590170], rtol=1e-6)
-
-
 @pytest.mark.parametrize("others", [0, 1])
 def test_a_point_that_does_not_move_has_no_error_and_misses_nothing(panel, others):
-    # red: in `pressure_errors`, ratio without where=moved; in check_basis, all columns over their energy
     _, basis, stored = panel
     lines = np.array([90.0])
     rows = sp.csr_array(sp.vstack([stored.at_points[:others], 0 * stored.at_points[:1]]))

@@ -16,7 +16,6 @@ SOUND = np.linspace(2.0, 9.0, 7)
 
 def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
     # central differences over 1e-4 of the damper, their error 1e-8 of the slope
-    # red: spectrum[:, None, None] * force → force in `panel_in_shapes`
     panel = panel_in_shapes(FREQUENCY, BASIS, PATCH.diagonal, POINTS[:, None], SOUND, FORCE)
     damping, mass, step = np.full(7, 900.0), np.full(7, 2.0), 1e-4
     slope = dampers.attach_dampers(panel, damping[None], mass[None], with_slope=True).slope[0]
@@ -31,7 +30,6 @@ def test_the_slope_of_the_papers_form_is_that_of_its_response_under_any_sound():
 
 def test_a_patch_in_other_units_keeps_as_many_columns():
     # D in mm² in place of m²: the same shares of the largest eigenvalue
-    # red: cutoff * np.max(value) → cutoff / np.max(value) in `Patches.factors`
     overlap = np.diag([1.0, 1e-3, 1e-7, 1e-9])[None]
     for unit in (1.0, 1e-6, 1e6):
         (factor,) = Patches(unit * overlap, np.ones(1)).factors(1e-8)
@@ -40,7 +38,6 @@ def test_a_patch_in_other_units_keeps_as_many_columns():
 
 
 def test_the_slope_is_that_of_the_first_motion_where_a_point_has_several():
-    # red: reaction.receptance[:, :, ::m] → [:, :, ::1] in `attach_dampers`
     damping, mass = np.full(7, 900.0), np.full(7, 2.0)
     several = np.stack([POINTS, 5 * POINTS[::-1], POINTS + 3], axis=1)
     found = [

@@ -1,7 +1,4 @@
-"""The modal solver, held to dense algebra, closed forms and the time domain.
-
-Each test names under "red:" the one-line change that it was seen to fail with.
-"""
+"""The modal solver, held to dense algebra, closed forms and the time domain."""
 
 from dataclasses import replace
 from operator import attrgetter
@@ -75,7 +72,6 @@ def one_patch(panel, index=0):
 @pytest.mark.parametrize("strength", [0.0, 1.0, 100.0])
 def test_attaching_dampers_is_the_dense_solve(panel, lines, strength):
     # Woodbury is exact: what a pinned patch cancels costs 4e-9 at a hundred times the damper
-    # red: 1j * omega → -1j * omega in `attach_dampers`; no conj() there
     damping, mass = strength * lines.equivalent_damping, strength * lines.apparent_mass
     response = attach_dampers(bare_of(panel, lines), damping, mass)
     points, _ = motion_of(
@@ -87,7 +83,6 @@ def test_attaching_dampers_is_the_dense_solve(panel, lines, strength):
 @pytest.mark.parametrize("strength", [0.0, 1.0, 100.0])
 def test_the_motion_of_a_patch_is_that_of_the_dense_solve(panel, lines, strength):
     # the eigenvectors of R_uu are no orthogonal ones: their condition costs some digits
-    # red: .swapaxes(1, 2) of VᴴV left out in `Motions._decomposed`; 1 + s → 1 - s
     damping, mass = strength * lines.equivalent_damping[:1], strength * lines.apparent_mass[:1]
     patch = one_patch(panel)
     (motion,) = Motions(bare_of(panel, lines, patch), patch.area).acceleration_psd(damping, mass)
@@ -99,7 +94,6 @@ def test_the_motion_of_a_patch_is_that_of_the_dense_solve(panel, lines, strength
 
 def test_motions_beside_the_deflection_are_those_of_the_dense_solve(panel, lines):
     # two motions at each of two points, as curvatures are, and their cross-PSD
-    # red: Y.reshape(by_point) → Y.reshape(by_point)[:, ::-1] in `attach_dampers`
     rows = np.random.default_rng(3).standard_normal((2, 2, len(panel.modes)))
     response = attach_dampers(
         bare_of(panel, lines, motion_at_points=rows), lines.equivalent_damping, lines.apparent_mass
@@ -113,7 +107,6 @@ def test_motions_beside_the_deflection_are_those_of_the_dense_solve(panel, lines
 
 
 def test_several_sets_of_patches_are_solved_as_if_each_were_alone(panel, lines):
-    # red: pairwise(ends) → pairwise(ends[::-1]) in `bare_panels`
     carriers = [one_patch(panel, 0), one_patch(panel, 1)]
     together = bare_panels(
         lines.frequency,
@@ -141,7 +134,6 @@ def test_several_sets_of_patches_are_solved_as_if_each_were_alone(panel, lines):
 
 
 def test_dropping_small_eigenvalues_of_the_overlap_costs_less_than_a_millionth(panel, lines):
-    # red: OVERLAP_CUTOFF = 1e-4
     exact = attach_dampers(bare_of(panel, lines), lines.equivalent_damping, lines.apparent_mass)
     (bare,) = bare_panels(
         lines.frequency,
@@ -158,7 +150,6 @@ def test_dropping_small_eigenvalues_of_the_overlap_costs_less_than_a_millionth(p
 
 def test_a_hermitian_force_and_a_radiating_panel_are_the_dense_solve(panel, lines):
     # rank one, complex, as of a plane wave; 1e-10 as above
-    # red: x.conj() → x in the complex branch of `_congruence`; stiffness += air → -= air in `dense_stiffness`
     phase = np.exp(1j * np.arange(len(panel.modes)) ** 2)
     wave = replace(lines, modal_force=np.outer(phase, phase.conj()) * 1e-3)
     resistance = air_resistance(lines.frequency, lines.modal_force, 2)
@@ -173,7 +164,6 @@ def test_a_hermitian_force_and_a_radiating_panel_are_the_dense_solve(panel, line
 
 
 def test_modal_force_may_be_one_matrix_one_a_line_or_a_function(panel, lines):
-    # red: values[lines] → values[: lines.stop - lines.start] in `matrices_at`
     many = replace(
         lines,
         frequency=np.geomspace(30.0, 1500.0, 300),
@@ -213,7 +203,6 @@ class InColumns:
 @pytest.mark.parametrize("in_air", [False, True])
 @pytest.mark.parametrize("phase", [0.0, 1.0])
 def test_a_force_in_few_columns_answers_as_the_whole(panel, lines, in_air, phase):
-    # red: in InAir.in_parts, turned.real @ factors, turned.real @ factors
     n = panel.basis.natural_frequency.size
     rng = np.random.default_rng(1)
     columns = rng.standard_normal((n, 3)) * np.exp(1j * phase * rng.standard_normal((n, 3)))
@@ -235,7 +224,6 @@ def test_a_force_in_few_columns_answers_as_the_whole(panel, lines, in_air, phase
 
 
 def test_the_bare_patches_move_as_their_reduced_motions_say(panel, lines):
-    # red: in patch_motions_in_vacuum, square / patches.area[patch] without the pressure
     found = patch_motions_in_vacuum(
         lines.frequency, panel.basis, panel.patches, lines.spectrum, lines.modal_force
     )
@@ -246,7 +234,6 @@ def test_the_bare_patches_move_as_their_reduced_motions_say(panel, lines):
 
 def test_response_follows_the_level_decibel_by_decibel_when_damping_is_fixed(panel, lines):
     # linear: ±10 dB in, ±10 dB out, at every line (the paper's Fig. 8); rounding
-    # red: spectrum → spectrum**2 in `bare_panels`
     at = {}
     for decibels in (-10.0, 0.0, 10.0):
         louder = replace(lines, spectrum=lines.spectrum * 10 ** (decibels / 10))
@@ -275,7 +262,6 @@ def one_mode_response(frequency, zeta, damping=0.0, mass=0.0, force_psd=4.0):
 def test_one_mode_in_white_noise_moves_as_miles_says():
     # ∫₀^∞ |H|² S df = (π/2) f Q S/k², Q = 1/2ζ, exact (Miles 1954). Left out: below 1 Hz
     # 1/(π/2·Q·100) = 2.5e-4 of the mean square, above 10 kHz 1e-8; half of that in the rms
-    # red: 2 * self.damping_ratio → self.damping_ratio in `ModalBasis.damping`
     frequency = frequency_grid(1.0, 1e4, 0.02, [100.0])
     stiffness = 2.0 * (2 * np.pi * 100.0) ** 2
     expected = np.sqrt(np.pi / 2 * 100.0 / (2 * 0.02) * 4.0) / stiffness
@@ -287,7 +273,6 @@ def test_a_plate_under_one_pressure_answers_as_nafems_13r_in_closed_form():
     # 10 × 10 × 0.05 m steel, simply supported, ζ = 2 %, one pressure of (100 Pa)²/Hz on the whole
     # face: 2064.24 mm²/Hz at the centre at the first natural frequency, in closed form (NAFEMS:
     # 2063.20). Six figures are given, and the series of sines ends to 1e-7 with 5 × 5 odd ones
-    # red: + 1 left out of `loop` in `attach_dampers`
     side, thickness, odd = 10.0, 0.05, [(m, n) for m in range(1, 11, 2) for n in range(1, 11, 2)]
     rigidity = 200e9 * thickness**3 / (12 * (1 - 0.3**2))
     m, n = np.array(odd).T
@@ -310,7 +295,6 @@ def test_a_plate_under_one_pressure_answers_as_nafems_13r_in_closed_form():
 
 def test_a_dashpot_patch_adds_its_damping_and_a_mass_patch_its_mass():
     # C_e A = 30 N s/m beside 2ζmω = 50.27; m_a A = 0.5 kg beside 2 kg: Miles with the sums
-    # red: - omega**2 * mass → + omega**2 * mass in `attached_motion`
     frequency = frequency_grid(1.0, 1e4, 0.02, [100.0])
     omega = 2 * np.pi * 100.0
     mass, damping = 2.0 + 0.5, 2 * 0.02 * 2.0 * omega + 30.0
@@ -323,7 +307,6 @@ def test_a_dashpot_patch_adds_its_damping_and_a_mass_patch_its_mass():
 
 
 def test_a_patch_that_moves_as_one_has_the_motion_of_its_point():
-    # red: / self.area[0] left out in `Motions._decomposed`
     frequency = np.linspace(50, 200, 7)
     response = one_mode_response(frequency, 0.02, damping=300.0, mass=5.0)
     basis, patches = one_mode(0.02)
@@ -347,7 +330,6 @@ def paper_form(panel, lines, patches):
 
 def test_the_diagonal_form_is_the_full_one_where_the_patch_covers_the_panel(panel, lines):
     # ∫ over the whole panel makes D diagonal, so the two forms are one; 1e-10 as above
-    # red: + added → − added in `panel_in_shapes`
     n = len(panel.modes)
     whole = Patches(np.eye(n)[None] * 1.5 / 4, np.array([1.5]))
     damping, mass = lines.equivalent_damping[:1] / 50, lines.apparent_mass[:1] / 50
@@ -360,7 +342,6 @@ def test_the_diagonal_form_is_the_full_one_where_the_patch_covers_the_panel(pane
 def test_a_small_patch_couples_modes_that_the_diagonal_form_keeps_apart(panel, lines):
     # 4-5 dB at 1-2 kHz off the patch with the paper's corrected law, of this size: why the
     # diagonal form is not the default
-    # red: full = diagonal
     damping, mass = 5 * lines.equivalent_damping, 0 * lines.apparent_mass
     diagonal = attach_dampers(paper_form(panel, lines, panel.patches), damping, mass)
     full = attach_dampers(bare_of(panel, lines), damping, mass)
@@ -369,7 +350,6 @@ def test_a_small_patch_couples_modes_that_the_diagonal_form_keeps_apart(panel, l
 
 
 def test_a_panel_without_patches_answers_too(panel, lines):
-    # red: np.cumsum([0] + … → np.cumsum(… in `bare_panels`
     n = len(panel.modes)
     none = Patches(np.zeros((0, n, n)), np.zeros(0))
     empty = np.zeros((0, lines.frequency.size))
@@ -380,7 +360,6 @@ def test_a_panel_without_patches_answers_too(panel, lines):
 
 
 def test_negative_damping_is_refused_as_unstable(panel, lines):
-    # red: `_check_stable` without its raise
     damping = lines.equivalent_damping.copy()
     damping[1, 5] = -0.5
     with pytest.raises(UnstableDamping, match=r"-0.5 N s/m³ \(patch 1, line 5\).*unstable"):
@@ -452,7 +431,6 @@ def refused(panel, lines):
 
 
 def test_what_has_no_response_is_refused_by_name(panel, lines):
-    # red: `if False:` in the place of the check of finite values in `checked_array`
     for name, (call, message) in refused(panel, lines).items():
         with pytest.raises(ResponseError, match=message):
             call()
@@ -461,7 +439,6 @@ def test_what_has_no_response_is_refused_by_name(panel, lines):
 
 def test_a_face_far_above_coincidence_radiates_rho_c():
     # G → (2π/k²) ∫φ² dA there, so that R → ρ₀c₀ ∫φ² dA, the impedance of a plane wave; algebra
-    # red: 2 * np.pi * self.speed_of_sound → 4 * np.pi * self.speed_of_sound in `Air`
     frequency = np.array([5000.0])
     k = 2 * np.pi * frequency / 343.0
     diffuse = constant_table(float(k[0]), 2 * np.pi / k[:, None] ** 2 * 0.375)
@@ -474,7 +451,6 @@ def test_a_face_far_above_coincidence_radiates_rho_c():
 
 def test_radiation_from_one_side_damps_the_first_mode_by_2_6_percent(panel):
     # ζ = R/(2mω), m = 1.5 kg, air of 1.2 kg/m³; two figures are given
-    # red: omega**2 → omega in `Air`
     frequency = panel.basis.natural_frequency[:1]
     diffuse = constant_table(2 * np.pi * frequency[0] / 343.0, panel.modal_force(frequency)[0])
     stiffness = Air(1.2, 343.0, 1, diffuse, None)(frequency)[0, 0, 0]
@@ -483,7 +459,6 @@ def test_radiation_from_one_side_damps_the_first_mode_by_2_6_percent(panel):
 
 
 def test_rms_values_are_those_of_the_psds(panel, lines):
-    # red: ** 4 → ** 2 in `PanelResponse.acceleration_psd`
     zero = np.zeros_like(lines.equivalent_damping)
     response = attach_dampers(bare_of(panel, lines), zero, zero)
     omega = 2 * np.pi * lines.frequency[:, None]
@@ -499,7 +474,7 @@ def test_rms_values_are_those_of_the_psds(panel, lines):
 
 
 def test_one_patch_has_its_own_coordinates():
-    # a = inverse c of c = E a; red: E over the squares of its columns left out
+    # a = inverse c of c = E a
     rng = np.random.default_rng(3)
     root = rng.normal(size=(6, 3))
     patches = Patches((root @ root.T)[None], np.ones(1))

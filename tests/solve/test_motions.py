@@ -22,7 +22,6 @@ def direct(frequency, basis, patches, kept, shapes_to=SHAPES_TO, force=None):
 @pytest.mark.parametrize("form", ["reduced", "direct"])
 @pytest.mark.parametrize("frequency", [[60.0, 70.0], [40.0, 44.0, 65.0, 120.0, 121.0]])
 def test_the_covariance_over_a_patch_is_the_mean_square_of_its_acceleration(panel, frequency, form):
-    # red: weights of one end alone halved; a covariance of two lines without their distance
     f = np.array(frequency)
     points = panel.points[:, None]
     if form == "reduced":
@@ -42,7 +41,6 @@ def test_the_covariance_over_a_patch_is_the_mean_square_of_its_acceleration(pane
 def test_patches_move_and_follow_their_dampers_alike_in_few_motions_and_in_all_shapes(
     panel, loaded, kind
 ):
-    # red: the imaginary part in `Receptances.felt_psd_with`; the dampers of another patch
     f, n = np.array([60.0, 150.0, 700.0]), len(panel.modes)
     root = np.random.default_rng(1).normal(size=(2, n, 3))
     root = root[0] + (1j * root[1] if kind == "complex" else 0)

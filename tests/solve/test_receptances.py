@@ -21,7 +21,7 @@ AIR = np.broadcast_to(COUPLED + COUPLED.T, (LINES, N, N))
 @pytest.mark.parametrize("air", [None, AIR], ids=["in vacuum", "in air"])
 @pytest.mark.parametrize("pulled", [0, 1])
 def test_shapes_themselves_move_as_any_motions_do(air, pulled):
-    # against Wᵀ Z⁻¹ G Z⁻ᴴ W; red: swapaxes(2, 2), the rows' own conjugates in `MovedPanel.psds`
+    # against Wᵀ Z⁻¹ G Z⁻ᴴ W
     stiffness = BASIS.dynamic_stiffness(FREQUENCY)[:, :, None] * np.eye(N)
     inverse = np.linalg.inv(stiffness if air is None else stiffness + air)
     sets = [np.eye(N), OTHERS]
@@ -40,7 +40,7 @@ def test_shapes_themselves_move_as_any_motions_do(air, pulled):
 @pytest.mark.parametrize("pull_is_diagonal", [False, True])
 @pytest.mark.parametrize("felt_is_diagonal", [False, True])
 def test_a_panel_with_dampers_is_that_of_the_sum_of_stiffnesses(felt_is_diagonal, pull_is_diagonal):
-    # R' = (R⁻¹ + S)⁻¹ and its PSDs, with diagonals stored alone; red: + drop → − drop
+    # R' = (R⁻¹ + S)⁻¹ and its PSDs, with diagonals stored alone
     diagonal = 1 / BASIS.dynamic_stiffness(FREQUENCY)
     full = diagonal[:, :, None] * np.eye(N)
     felt = full if felt_is_diagonal else np.linalg.inv(np.linalg.inv(full) + AIR)
@@ -66,7 +66,6 @@ def test_a_panel_with_dampers_is_that_of_the_sum_of_stiffnesses(felt_is_diagonal
 @pytest.mark.parametrize("left", ["diagonal", "full"])
 @pytest.mark.parametrize("right", ["diagonal", "full"])
 def test_products_of_diagonals_are_those_of_matrices(left, right):
-    # red: right[:, None] → right[:, :, None]
     draws = {"diagonal": DRAW.normal(size=(LINES, N)), "full": DRAW.normal(size=(LINES, N, N))}
     full = [
         values[:, :, None] * np.eye(N) if values.ndim == 2 else values

@@ -44,7 +44,6 @@ def exact(panel):
 
 
 def test_integrals_over_a_patch_are_within_a_tenth_at_six_elements_a_wave(panel):
-    # red: `.mean(axis=1)` → `.sum(axis=1)`; `[inside]` left out
     parts = elements(panel, 4)
     assert parts.area.sum() == pytest.approx(SIDE**2)
     # the trapezoid rule in x and y errs by h²k²/12 of what is integrated, here at most a wave
@@ -59,7 +58,6 @@ def test_integrals_over_a_patch_are_within_a_tenth_at_six_elements_a_wave(panel)
 
 
 def test_a_force_with_the_same_value_everywhere_acts_as_a_pressure(panel):
-    # red: `self.area[:, None]` left out
     parts = elements(panel, 16)
     integral = parts.area @ parts.shape
     found = parts.coherent_load(1e6)
@@ -72,7 +70,6 @@ def test_a_force_with_the_same_value_everywhere_acts_as_a_pressure(panel):
 
 def test_a_force_of_short_coherence_acts_as_independent_areas(panel):
     # 2π l² D; a part of 12.5 mm loses about 2 l/side at its edges, and h²k²/12 as above
-    # red: fill_diagonal left out (the load is then 78 times as large)
     length = 1e-4
     found = elements(panel, 16).coherent_load(length)
     wanted = 2 * np.pi * length**2 * panel.overlap((0.75, 0.5))
@@ -82,7 +79,6 @@ def test_a_force_of_short_coherence_acts_as_independent_areas(panel):
 @pytest.mark.parametrize("per_part", [0.1, 0.2, 0.5, 1.0, 4.0])
 def test_the_load_of_a_patch_does_not_depend_on_its_parts(per_part):
     # ∬ exp(−d/l) of a square in 8 × 8 parts is its own mean coherence, to 0.3 % by quadrature
-    # red: np.sqrt(self.area) → self.area; fill_diagonal left out; `1 - node` → `1 + node`
     middle = (np.arange(8) + 0.5) * SIDE / 8
     place = np.array([(x, y) for x in middle for y in middle])
     parts = PatchParts(np.ones((64, 1)), np.full(64, SIDE**2 / 64), place)
@@ -92,7 +88,7 @@ def test_the_load_of_a_patch_does_not_depend_on_its_parts(per_part):
 
 
 def test_two_parts_share_the_mean_coherence_of_their_points():
-    # by Gauss' rule in all four coordinates; red: differences of one sign alone
+    # by Gauss' rule in all four coordinates
     side, length = 0.1, 0.15
     place = np.array([[0.0, 0.0], [0.25, 0.12]])
     parts = PatchParts(np.eye(2), np.full(2, side**2), place)
@@ -108,7 +104,6 @@ def test_two_parts_share_the_mean_coherence_of_their_points():
 
 def test_the_own_force_is_coherent_in_part_and_independent_in_the_rest():
     # a patch of 0.2 m: far below λ/f all of it moves alike, far above it areas of 2π (λ/f)² do
-    # red: length * f; the parts subtracted; 1 − c → 1 + c
     parts = PatchParts(np.ones((1, 1)), np.array([0.04]), np.zeros((1, 2)))
     frequency, coherence, length = np.array([1e-5, 1000.0]), np.array([0.25, 0.75]), 2.0
     found = own_force_load(parts, np.array([[0.002]]), frequency, coherence, length).ravel()
@@ -118,7 +113,7 @@ def test_the_own_force_is_coherent_in_part_and_independent_in_the_rest():
 
 
 def test_a_second_excitation_keeps_its_level_whatever_that_of_the_first():
-    # G₁ + share S₂ G₂/S₁, and G₁ where S₁ is none; red: S₁ > 1; / S₂; a share of 1.1
+    # G₁ + share S₂ G₂/S₁, and G₁ where S₁ is none
     f, G = np.array([1.0, 2.0, 3.0]), np.array([[2.0]])
     first = ModalForce(lambda f: np.array([0.5, 2.0, 0.0]), np.array([[7.0]]))
     second = ModalForce(lambda f: np.full(f.shape, 3.0), G)
@@ -130,7 +125,6 @@ def test_a_second_excitation_keeps_its_level_whatever_that_of_the_first():
 @pytest.mark.parametrize("ratio", [0.01, 0.3, 1.0, 7.0, 60.0])
 def test_mean_coherence_is_that_of_the_distance_of_two_points(ratio):
     # with the density of that distance (Ghosh 1951)
-    # red: `(1 - u), w * (1 - u)` → `w, w`; `[0.5 + 0.5 * node) ** 3` → without the cube
     def density(d):
         if d <= 1:
             return 2 * d * (np.pi - 4 * d + d**2)
@@ -144,14 +138,13 @@ def test_mean_coherence_is_that_of_the_distance_of_two_points(ratio):
 
 
 def test_mean_coherence_of_many_parts_is_that_of_each():
-    # red: `ratio[..., None, None]` → `ratio`
     side = np.array([0.1, 0.2, 0.4])
     found = mean_coherence(side, 0.2)
     assert found == pytest.approx([float(mean_coherence(one, 0.2)) for one in side])
 
 
 def test_loads_between_nodes_are_linear_over_the_logarithm():
-    # and held beyond; red: np.log left out; `lower + 1` → `lower`
+    # and held beyond
     nodes, load = np.array([100.0, 400.0, 800.0]), np.array([1.0, 3.0, 7.0])[:, None, None]
     frequency = np.array([50.0, 100.0, 200.0, 400.0, 400 * np.sqrt(2), 800.0, 2000.0])
     wanted = [1.0, 1.0, 2.0, 3.0, 5.0, 7.0, 7.0]
@@ -165,7 +158,6 @@ def test_loads_between_nodes_are_linear_over_the_logarithm():
 
 @pytest.mark.parametrize("is_diagonal", [False, True])
 def test_a_solver_under_another_excitation_keeps_the_bare_panel_of_its_own(panel, is_diagonal):
-    # red: PanelSolver(panel, excitation) → self.excitation in `_like`; no bare_acceleration_rms
     frequency = np.geomspace(40.0, 600.0, 30)
     force = np.outer(exact(panel), exact(panel))
 
@@ -184,7 +176,6 @@ def test_a_solver_under_another_excitation_keeps_the_bare_panel_of_its_own(panel
 
 
 def test_a_force_beside_the_excitation_adds_its_own_response_whatever_the_level(panel):
-    # red: 1 / layout.factor → 1 in `solve_with`; inverse left out in `Superposition`
     frequency = np.geomspace(40.0, 600.0, 30)
     force, other = np.outer(exact(panel), exact(panel)), np.diag(exact(panel) ** 2)
     inputs = (panel.basis, panel.patches, frequency, panel.points)

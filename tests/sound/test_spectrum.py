@@ -128,7 +128,7 @@ REFUSED = {
     "negative centre": (["-100,120", "125,120"], "line 3: center_hz = -100: must be above 0"),
     "level in pascal squared": (
         ["100,120", "125,4e5"],
-        "line 4: spl_db = 4e5: must be at least -100 and at most 200 .in Pa",
+        "line 4: spl_db = 4e5: must be from -100 to 200 .in Pa",
     ),
     "three columns": (["100,120", "125,120,1"], "line 4: has 3 values, must have 2 as the header"),
     "a digit missing": (
@@ -162,7 +162,7 @@ def test_levels_that_fall_or_rise_steeply_are_read(tmp_path, levels):
 
 @pytest.mark.parametrize("level", [-100.1, 200.1])
 def test_levels_beyond_minus_100_to_200_decibels_are_refused(tmp_path, level):
-    with pytest.raises(ColumnsError, match="must be at least -100 and at most 200"):
+    with pytest.raises(ColumnsError, match="must be from -100 to 200"):
         read_spectrum(write(tmp_path, f"100,{level}", "125,90"))
 
 

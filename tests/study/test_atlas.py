@@ -24,7 +24,6 @@ def atlas(values):
 
 
 def test_no_bed_of_the_atlas_is_simulated_and_none_needs_a_sweep(tmp_path):
-    # red: `sweep: Sweep` without a default
     def change(values):
         atlas(values)
         for damper in values["dampers"].values():
@@ -45,7 +44,6 @@ def test_no_bed_of_the_atlas_is_simulated_and_none_needs_a_sweep(tmp_path):
     ],
 )
 def test_gravity_is_along_or_across_the_motion(tmp_path, keys, direction):
-    # red: the y component forgotten
     def change(values):
         values["dampers"]["steel"].update(keys)
 
@@ -54,7 +52,6 @@ def test_gravity_is_along_or_across_the_motion(tmp_path, keys, direction):
 
 
 def test_ranges_are_those_of_the_table():
-    # red: RESTITUTION = (0.2, 0.95)
     import pandas as pd
 
     cases = pd.read_csv(ATLAS_CASES)

@@ -29,7 +29,6 @@ def refused(folder, table, **coupon):
 
 
 def test_a_row_is_a_case_with_all_its_values(tmp_path):
-    # red: `section[last] = value` without the tuple of a single value
     coupon = load_any_study(write(tmp_path, TABLE)).coupon
     (first, one), (_, two) = coupon.variants()
     assert first == {
@@ -45,7 +44,6 @@ def test_a_row_is_a_case_with_all_its_values(tmp_path):
 
 
 def test_a_row_has_the_case_of_the_same_coupon_without_a_table(tmp_path):
-    # red: the constants of the first row in all cases
     cases = cases_of(load_any_study(write(tmp_path, TABLE)).coupon)
     alone = Coupon.model_validate(
         {
@@ -65,7 +63,6 @@ def test_a_row_has_the_case_of_the_same_coupon_without_a_table(tmp_path):
 
 
 def test_a_longer_table_continues_a_shorter_one(tmp_path):
-    # red: cases in the order of a product of the columns
     short = [case.label for case in cases_of(load_any_study(write(tmp_path, TABLE)).coupon)]
     more = TABLE + "0.5, 100, 20, 0.8, 25, 5, 0 0 -1, 2\n"
     labels = [case.label for case in cases_of(load_any_study(write(tmp_path, more)).coupon)]

@@ -48,7 +48,6 @@ def chooses(metadata):
 
 @pytest.mark.parametrize(("model", "count"), [(Study, 10), (Identification, 2)])
 def test_every_choice_of_a_study_says_how_it_chooses(model, count):
-    # red: `Choice()` left out of any key
     found = list(choices(model))
     assert len(found) >= count
     assert [annotation for annotation, metadata in found if not chooses(metadata)] == []
@@ -66,7 +65,6 @@ def test_every_choice_of_a_study_says_how_it_chooses(model, count):
     ],
 )
 def test_a_value_has_the_mistake_of_the_alternative_of_its_form(value, at):
-    # red: the forms of `list` and `nested list` exchanged; a text taken for a number
     with pytest.raises(ValidationError) as caught:
         TypeAdapter(DampingRatios).validate_python(value)
     # pydantic counts the good items of a list only
@@ -75,12 +73,10 @@ def test_a_value_has_the_mistake_of_the_alternative_of_its_form(value, at):
 
 
 def test_a_value_of_no_form_is_told_what_is_allowed():
-    # red: the words of the first alternative alone
     with pytest.raises(ValueError, match="must be a mapping with keys from, to, step or a list"):
         Sweep(frequency_hz=5, acceleration_g=[1])
 
 
 def test_a_key_has_its_name_in_a_study():
-    # red: names of the fields
     assert keys_of(Range) == ["from", "to", "step"]
     assert "outline_m" in keys_of(Panel)

@@ -32,7 +32,6 @@ def study_with(**cell):
 
 
 def test_cells_are_those_of_the_core_by_default():
-    # red: 6.35 mm wide, 25 mm deep, in a core of 4.76 mm × 20 mm
     study = study_with(count=2)
     for bed in study.dampers.values():
         assert bed.cell.across_flats_mm == pytest.approx(3 / 16 * 25.4)
@@ -51,7 +50,6 @@ def test_cells_are_those_of_the_core_by_default():
     ],
 )  # fmt: skip
 def test_other_cells_are_named_with_both_sizes(cell, remark):
-    # red: nothing said so
     remarks = study_with(**cell).differing_cells
     assert len(remarks) == (remark is not None)
     assert all(line.startswith(remark) for line in remarks)

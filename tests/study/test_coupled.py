@@ -56,7 +56,6 @@ def told(refusal, found):
 
 
 def test_every_scenario_with_a_coupled_bed_is_run(loaded):
-    # red: a bare scenario left in `coupled_scenarios`; dampers whatever their model
     study = loaded(values())
     assert study.is_coupled and dict(study.coupons) == {}
     assert [one.label for one in study.coupled_scenarios()] == [
@@ -70,14 +69,12 @@ def test_every_scenario_with_a_coupled_bed_is_run(loaded):
 
 @pytest.mark.parametrize("radiation", ["one_side", "two_sides"])
 def test_a_panel_that_radiates_may_be_integrated_with_its_particles(loaded, radiation):
-    # red: the mistake of radiation that was in `_mistakes_of_coupled`
     found = values()
     found["response"]["radiation"] = radiation
     assert loaded(found).is_coupled
 
 
 def test_only_the_patches_of_coupled_beds_are_integrated(loaded):
-    # red: beds of dampers of another model, or without particles
     study = loaded(with_pot(values()))
     (both,) = study.coupled_scenarios()
     assert both.label == "both"
@@ -88,7 +85,6 @@ def test_only_the_patches_of_coupled_beds_are_integrated(loaded):
 
 
 def test_the_diagonal_form_is_refused(refusal):
-    # red: the check left out of `mistakes_of_coupled`
     found = values()
     found["response"]["modal_damping"] = "diagonal"
     message = "dampers.acrylic.model = coupled: coupled is only allowed with "
@@ -96,7 +92,6 @@ def test_the_diagonal_form_is_refused(refusal):
 
 
 def test_simulated_tones_beside_a_coupled_bed_are_refused(refusal):
-    # red: a run that waits for no surface
     found = with_pot(values())
     found["dampers"]["tones"] = {"like": "acrylic", "model": "tones"}
     found["scenarios"]["both"]["layout"]["left"] = {"damper": "tones", "fill_fraction": 0.5}
@@ -107,14 +102,12 @@ def test_simulated_tones_beside_a_coupled_bed_are_refused(refusal):
 
 
 def test_a_damper_that_is_not_there_is_told_as_without_coupled_runs(refusal):
-    # red: a KeyError of an unknown damper
     found = with_pot(values(), damper="gold")
     message = "scenarios.both.layout.left.damper = gold: must be one of dampers: acrylic, pot"
     assert told(refusal, found) == [message]
 
 
 def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
-    # red: `is_coupled` of a damper in no scenario
     assert not loaded(values() | {"scenarios": {}}).is_coupled
 
 
@@ -131,13 +124,11 @@ def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
     ],
 )  # fmt: skip
 def test_a_key_of_coupled_runs_that_does_not_fit_is_told(refusal, key, value, message):
-    # red: a bound of a field of `Coupled`; `Coupled.mistakes` that yields nothing
     (line,) = told(refusal, values(**{key: value}))
     assert line.startswith(message)
 
 
 def test_settings_of_coupled_runs_need_a_coupled_bed(loaded, refusal):
-    # red: the mistake of `coupled` left out
     assert loaded(values(runs=3)).damping.coupled.runs == 3
     message = "damping.coupled = {runs: 3}: only allowed with a damper with model: coupled in a "
     assert told(refusal, values("tones", runs=3)) == [f"{message}scenario"]

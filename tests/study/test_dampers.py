@@ -6,8 +6,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from pidpanel.paths import STUDIES
 from pidpanel.study import load_study
-from pidpanel.study.dampers import STATED, AnyDamper, BedDamper, TableDamper
+from pidpanel.study.dampers import STATED, AnyDamper, BedDamper
 from pidpanel.study.mistakes import mistakes_of
+from pidpanel.study.stated_dampers import TableDamper
 
 C, M = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
 PARTICLES, PATCH = "particle_mass_per_area_kg_m2", "patch_mass_per_area_kg_m2"
@@ -32,7 +33,6 @@ def mistakes(values):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_known_by_its_key(kind):
-    # red: a kind left out of STATED
     assert set(KINDS) == {*STATED, "particles"}
     assert DAMPER.validate_python(KINDS[kind]).kind == kind
 
@@ -72,12 +72,10 @@ def test_every_kind_is_known_by_its_key(kind):
     ],
 )  # fmt: skip
 def test_a_mistake_is_told_at_its_key(values, key, message):
-    # red: the line that yields it left out
     assert any(found == key and told.startswith(message) for found, told in mistakes(values))
 
 
 def test_zero_damping_and_zero_loss_are_allowed():
-    # red: NotNegative → Positive
     assert DAMPER.validate_python({C: 0, M: 3}).kind == C
     assert DAMPER.validate_python({"loss_factor": 0, PATCH: 3}).kind == "loss_factor"
 
@@ -88,7 +86,6 @@ def test_zero_damping_and_zero_loss_are_allowed():
      ("# measured\nfill_fraction , frequency_hz,equivalent_damping_n_s_m3\n0.5,100,1", True)],
 )  # fmt: skip
 def test_a_table_asks_for_a_fill_only_where_it_has_fills(tmp_path, header, needs):
-    # red: return True; header taken from the first line, comment or not
     file = tmp_path / "lab.csv"
     file.write_text(f"{header}\n")
     assert TableDamper(table=file).needs_fill == needs
@@ -110,7 +107,6 @@ STEEL = "frequency_hz,loss_factor,particle_mass_per_area_kg_m2\n100,0.1,10\n1000
     ],
 )
 def test_particles_with_a_mass_that_does_not_act_are_known(damper, is_massless, tmp_path):
-    # red: no `is_massless`; apparent_mass left out of it
     if "table" in damper:
         (tmp_path / "lab.csv").write_text(damper["table"])
         damper = {**damper, "table": tmp_path / "lab.csv"}
@@ -118,7 +114,6 @@ def test_particles_with_a_mass_that_does_not_act_are_known(damper, is_massless, 
 
 
 def test_the_mass_of_a_table_is_that_of_the_rows_about_a_fill(tmp_path):
-    # red: all rows, whatever the fill; Im Z without ω
     rows = "fill_fraction,frequency_hz,equivalent_damping_n_s_m3,apparent_mass_kg_m2\n"
     rows += "0.2,100,1,2\n0.5,100,1,5\n0.9,100,1,9\n"
     (tmp_path / "lab.csv").write_text(rows)
@@ -152,7 +147,6 @@ BED = {"cell": {"depth_mm": 20}, "particles": {"diameter_mm": 2, "friction": 0.2
 
 
 def test_a_damper_like_another_differs_in_what_it_states_alone(dampers):
-    # red: sections that replace those of the other; a chain that takes the first alone
     found = dampers(
         {
             "b": {"like": "a", "particles": {"friction": 0.4}},
@@ -179,7 +173,6 @@ def test_a_damper_like_another_differs_in_what_it_states_alone(dampers):
     ],
 )
 def test_particles_are_integrated_with_the_panel_unless_a_tone_is_stated(dampers, changes, model):
-    # red: `model = COUPLED` always; a level that is the default counted
     assert dampers({"a": BED}, **changes)["a"].model == model
 
 
@@ -194,7 +187,6 @@ def test_particles_are_integrated_with_the_panel_unless_a_tone_is_stated(dampers
     ],
 )
 def test_a_damper_like_nothing_is_told_at_its_line(refusal, values, message):
-    # red: a KeyError; a recursion without end
     study = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
     (line,), _ = refusal({**study, "dampers": values, "scenarios": {}})
     assert message in line

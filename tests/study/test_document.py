@@ -34,20 +34,17 @@ def refused(tmp_path, text):
     ],
 )  # fmt: skip
 def test_what_is_no_mapping_is_refused_in_one_line(tmp_path, text, message):
-    # red: UnicodeDecodeError, yaml.reader.ReaderError let through
     told = refused(tmp_path, text)
     assert told.startswith(message)
     assert "\n" not in told
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    # red: OSError let through
     with pytest.raises(StudyError, match=r"none\.yaml: cannot be read: No such file or directory"):
         load_study(tmp_path / "none.yaml")
 
 
 def test_every_duplicate_key_is_refused_with_its_line(tmp_path):
-    # red: `names.add` before the comparison; raise at the first
     told = refused(tmp_path, "name: a\ntitle: b\nname: c\ncoupon:\n  cell: {count: 1, count: 2}\n")
     assert told.split("\n")[:2] == [
         "mine.yaml:3: name: duplicate key; already in line 1",
@@ -56,7 +53,6 @@ def test_every_duplicate_key_is_refused_with_its_line(tmp_path):
 
 
 def test_a_duplicate_key_is_refused_though_all_values_are_good(tmp_path):
-    # red: section_in returns without the look at document.mistakes
     text = yaml.safe_dump({"title": "once", "coupon": BED}) + "title: once more\n"
     last = text.count("\n")
     first = text.split("\n").index("title: once") + 1
@@ -65,13 +61,11 @@ def test_a_duplicate_key_is_refused_though_all_values_are_good(tmp_path):
 
 
 def test_a_number_and_the_same_text_are_one_key(tmp_path):
-    # red: scalar_of(key.value) in place of key.value
     told = refused(tmp_path, "panel:\n  points: {7: [0, 0], '7': [1, 1]}\n")
     assert "\nmine.yaml:2: panel.points.7: duplicate key; already in line 2" in told
 
 
 def test_a_mistake_in_a_merged_mapping_is_told_where_it_is(tmp_path):
-    # red: `_merged` after the keys of the mapping
     text = (
         "coupon:\n"
         "  cell: &cell\n"
@@ -91,7 +85,6 @@ def test_a_mistake_in_a_merged_mapping_is_told_where_it_is(tmp_path):
 
 
 def test_a_merged_mapping_has_the_values_of_both(tmp_path):
-    # red: no `_merged`
     path = tmp_path / "mine.yaml"
     path.write_text("a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\n")
     assert Document(path).data["b"] == {"x": 1, "y": 3}
@@ -99,13 +92,11 @@ def test_a_merged_mapping_has_the_values_of_both(tmp_path):
 
 @pytest.mark.parametrize("text", ["&a [*a]", "&a {b: *a}", "&a {<<: *a}"])
 def test_a_value_that_holds_itself_is_refused(tmp_path, text):
-    # red: RecursionError let through
     told = refused(tmp_path, f"coupon: {text}\n")
     assert told == "mine.yaml: lists and mappings are nested too deeply"
 
 
 def test_a_study_of_the_coupon_alone_has_the_name_of_its_file(tmp_path):
-    # red: document.path.name in place of stem
     path = tmp_path / "mine.yaml"
     path.write_text(yaml.safe_dump({"coupon": BED}))
     study = load_any_study(path)
@@ -116,14 +107,12 @@ def test_a_study_of_the_coupon_alone_has_the_name_of_its_file(tmp_path):
 
 
 def test_an_unknown_key_beside_a_coupon_is_no_panel(tmp_path):
-    # red: `alone` if there is no key but those of a CouponStudy
     told = refused(tmp_path, yaml.safe_dump({"coupon": BED, "titel": "x"}))
     assert told.endswith("titel = x: unknown key; did you mean title?")
     assert "\n" not in told
 
 
 def test_a_file_named_by_its_place_beside_the_study_or_in_the_working_folder(tmp_path, monkeypatch):
-    # red: (Path.cwd(), folder, shipped) in files.found_file
     study = tmp_path / "mine.yaml"
     study.write_text(yaml.safe_dump({"coupon": {**BED, "deck": "shake.in.j2"}}))
     working = tmp_path / "working"
@@ -148,7 +137,6 @@ def test_a_file_named_by_its_place_beside_the_study_or_in_the_working_folder(tmp
     ],
 )
 def test_of_several_merged_mappings_the_first_counts(tmp_path, text, expected):
-    # red: the order of PyYAML 6.0.4, in which the last counts (https://yaml.org/type/merge.html)
     path = tmp_path / "merged.yaml"
     path.write_text(f"x-a: &a {{x: 1, y: 2, z: 3}}\nx-b: &b {{x: 10, z: 30}}\nc:\n  {text}\n")
     assert Document(path).data == {"c": expected}

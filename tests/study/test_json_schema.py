@@ -38,7 +38,6 @@ def models_below(model, found=None):
 
 
 def test_every_key_of_every_model_is_told():
-    # red: the text below `count` in study/coupon.py left out
     models = models_below(Study)
     assert len(models) > 25
     untold = [
@@ -51,13 +50,11 @@ def test_every_key_of_every_model_is_told():
 
 
 def test_the_schema_is_one_of_its_draft():
-    # red: "type": "nothing" beside "title" in study_schema
     assert study_schema()["$schema"] == DRAFT
     jsonschema.Draft202012Validator.check_schema(study_schema())
 
 
 def test_the_schema_has_every_model_and_key():
-    # red: `return {}` for "properties" in _plain
     schema = study_schema()
     told = {name: set(one["properties"]) for name, one in schema["$defs"].items()}
     told["Study"] = set(schema["properties"])
@@ -68,7 +65,6 @@ def test_the_schema_has_every_model_and_key():
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
 def test_every_shipped_study_validates_and_names_the_schema(validator, path):
-    # red: `required` left in study_schema, with `name`; another path in the first line of a study
     assert [one.message for one in validator.iter_errors(Document(path).data)] == []
     first, _, schema = path.read_text(encoding="utf-8").partition("\n")[0].partition("$schema=")
     assert first == "# yaml-language-server: "
@@ -124,7 +120,6 @@ WRONG = {
 def test_what_a_study_must_not_have_the_schema_refuses_too(
     validator, law_values, write_study, tmp_path, name
 ):
-    # red: extra="ignore" in Model; `if` left out of study_schema
     values = law_values()
     assert validator.is_valid(values)
     WRONG[name](values)
@@ -148,13 +143,11 @@ RIGHT = {
 
 @pytest.mark.parametrize("name", RIGHT)
 def test_what_a_study_may_have_the_schema_allows(validator, law_values, name):
-    # red: json_schema_input_type left out of Text; ["coupon"] added to `then`
     values = law_values()
     RIGHT[name](values)
     assert [one.message for one in validator.iter_errors(values)] == []
 
 
 def test_a_study_of_nothing_is_refused(validator):
-    # red: "else" left out of study_schema
     assert not validator.is_valid({"title": "Nothing"})
     assert validator.is_valid(yaml.safe_load(yaml.safe_dump(COUPON)))

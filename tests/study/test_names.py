@@ -126,14 +126,12 @@ def names_of_case(case):
 
 @pytest.mark.parametrize("case", CASES, ids=names_of_case)
 def test_a_mistake_under_a_name_is_told_with_line_key_and_value(refusal, case):
-    # red: in schema.place_of, skip every part that begins with a capital
     for name in NAMES:
         check(refusal, case, name, quoted=True)
 
 
 @pytest.mark.parametrize("name", PLAIN)
 def test_a_name_without_quotes_is_text_as_it_is_written(refusal, name):
-    # red: construct_object(key) in place of key.value in _Loader.construct_mapping
     for case in CASES[:8]:
         check(refusal, case, name, quoted=False)
 
@@ -151,5 +149,4 @@ def test_a_name_without_quotes_is_text_as_it_is_written(refusal, name):
     ).filter(lambda text: text.lstrip()[:1] not in "=@+-"),  # what a spreadsheet may compute
 )
 def test_any_name_is_told(refusal, case, name):
-    # red: key.split(".")[-1] in mistakes.dotted
     check(refusal, case, name, quoted=True)

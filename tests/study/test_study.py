@@ -25,7 +25,6 @@ def test_every_shipped_study_is_accepted(name):
 
 
 def test_the_units_of_the_coupon_become_si():
-    # red: any 1e-3, 1e6 or STANDARD_GRAVITY of study/coupon.py changed
     coupon = load_study(STUDIES / "paper.yaml").dampers["acrylic"]
     assert coupon.cell.depth == 0.025
     assert coupon.cell.across_flats == 0.00635
@@ -45,7 +44,6 @@ def test_the_units_of_the_coupon_become_si():
 
 
 def test_the_units_of_the_panel_become_si():
-    # red: any 1e-3, 1e6, 1e9 or radians of study/section.py changed
     assert load_study(STUDIES / "paper.yaml").panel.section.thickness == 0.025
     section = load_study(STUDIES / "sandwich_hole_hinge.yaml").panel.section
     assert section.thickness == pytest.approx(0.0244 + 6 * 0.0001)
@@ -62,7 +60,6 @@ def test_the_units_of_the_panel_become_si():
 
 
 def test_the_units_of_a_study_become_si_nowhere_else():
-    # red: `spec.core.thickness_mm * 1e-3` in panel/from_study.py
     for stage in ("coupon", "damping", "panel", "sound", "response"):
         for path in (PACKAGE / stage).rglob("*.py"):
             for node in ast.walk(ast.parse(path.read_text())):
@@ -71,7 +68,6 @@ def test_the_units_of_a_study_become_si_nowhere_else():
 
 
 def test_angles_of_waves_become_radians():
-    # red: 0.0 in place of 90.0 in Sound.incidence
     sound = load_study(STUDIES / "smoke.yaml").sound
     assert sound.incidence == math.pi / 2
     assert sound.azimuth == 0
@@ -91,7 +87,6 @@ def test_angles_of_waves_become_radians():
     ],
 )
 def test_distributions_have_their_sizes_in_m(distribution, sizes):
-    # red: `reach = self.deviation_mm` in Normal; share not turned in Binary
     coupon = Coupon.model_validate({"sweep": SWEEP, "particles": {"distribution": distribution}})
     found = coupon.particles.distribution.sizes(2.0 * 1e-3)
     assert (found.kind, found.large_share) == (sizes[0], sizes[3])
@@ -99,14 +94,12 @@ def test_distributions_have_their_sizes_in_m(distribution, sizes):
 
 
 def test_a_hollow_particle_has_the_density_of_its_mass_over_its_outer_volume():
-    # red: exponent 2
     shell = {"diameter_mm": 2, "shell_mm": 0.3, "density_kg_m3": 1000}
     particles = Coupon.model_validate({"sweep": SWEEP, "particles": shell}).particles
     assert particles.effective_density(2.0 * 1e-3) == pytest.approx(1000 * (2**3 - 1.4**3) / 2**3)
 
 
 def test_a_variant_is_the_coupon_with_the_values_of_vary():
-    # red: zip without the product; `section[last] = value` on a copy of the section
     vary = {"particles.friction": [0.1, 0.6], "gravity_direction": [[0, 0, -1], [1, 0, 0]]}
     coupon = VariedCoupon.model_validate({"sweep": SWEEP, "vary": vary})
     variants = coupon.variants()
@@ -121,13 +114,11 @@ def test_a_variant_is_the_coupon_with_the_values_of_vary():
 
 
 def test_a_coupon_that_varies_nothing_is_its_own_variant():
-    # red: an empty tuple
     coupon = Coupon.model_validate({"sweep": SWEEP})
     assert coupon.variants() == (({}, coupon),)
 
 
 def test_a_rectangle_has_its_bounds_and_a_panel_its_outline_in_m():
-    # red: corners.max in place of min
     panel = load_study(STUDIES / "paper.yaml").panel
     assert panel.patches["PID-1"].bounds == (0.65, 0.85, 0.4, 0.6)
     assert panel.size == (1.5, 1.0)
@@ -136,14 +127,12 @@ def test_a_rectangle_has_its_bounds_and_a_panel_its_outline_in_m():
 
 
 def test_a_group_of_a_mesh_file_is_text_whether_a_number_or_not():
-    # red: Patch.group without its validator
     values = yaml.safe_load((STUDIES / "bdf_panel.yaml").read_text())["panel"]
     assert values["patches"]["middle"] == {"group": 2}
     assert Panel.model_validate(values).patches["middle"].group == "2"
 
 
 def test_the_first_bare_panel_is_mapped_unless_others_are_named():
-    # red: `or` the last label
     assert [s.label for s in load_study(STUDIES / "smoke.yaml").mapped_scenarios()] == [
         "bare_150dB"
     ]
@@ -154,7 +143,6 @@ def test_the_first_bare_panel_is_mapped_unless_others_are_named():
 
 
 def test_every_level_brings_its_bare_panel_first():
-    # red: `families + [s.bare …]` in all_scenarios
     scenarios = load_study(STUDIES / "paper.yaml").all_scenarios()
     bare = [s.label for s in scenarios if s.patch is None]
     assert bare == ["bare_162dB", "bare_142dB", "bare_152dB"]
@@ -163,7 +151,6 @@ def test_every_level_brings_its_bare_panel_first():
 
 
 def test_a_family_takes_the_level_of_the_sound_unless_it_has_its_own():
-    # red: self.sound.oaspl_db always
     study = load_study(STUDIES / "paper.yaml")
     assert {s.oaspl_db for s in study.family_scenarios("fill")} == {162}
     assert [s.oaspl_db for s in study.family_scenarios("level")] == 3 * [142, 152, 162]
@@ -172,14 +159,12 @@ def test_a_family_takes_the_level_of_the_sound_unless_it_has_its_own():
 
 
 def test_a_scenario_at_the_level_of_its_table_has_no_level_in_its_name():
-    # red: level_suffix that returns f"_{oaspl_db}dB" always
     scenario = load_study(STUDIES / "l_panel.yaml").family_scenarios("location")[1]
     assert scenario.label == "corner_r0.5"
     assert scenario.bare.label == "bare"
 
 
 def test_a_single_scenario_needs_no_list(tmp_path):
-    # red: _compare_one left out
     text = (STUDIES / "l_panel.yaml").read_text()
     start = text.index("scenarios:")
     single = "scenarios:\n  one: {patch: arm, fill_fraction: 0.5, oaspl_db: 140}\n"

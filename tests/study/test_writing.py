@@ -35,7 +35,6 @@ def _endless():
     ],
 )  # fmt: skip
 def test_numbers_of_any_library_are_numbers(number):
-    # red: only those of Python and numpy; `tolist` of a longdouble is itself
     assert Model(_study(damping_ratio=number)).study.panel.damping_ratio == 0.02
 
 
@@ -58,7 +57,6 @@ def test_numbers_that_a_32_bit_number_has_keep_them():
     ids=lambda value: type(value).__name__,
 )  # fmt: skip
 def test_a_value_that_no_file_can_have_is_refused_with_its_key(value):
-    # red: a RepresenterError, RecursionError or ValueError; bytes refused without their key
     with pytest.raises(StudyError, match=r"^panel(\.damping_ratio.*)?: |^panel\.damping_") as told:
         Model(_study(damping_ratio=value))
     assert len(str(told.value).splitlines()) == 1
@@ -68,6 +66,5 @@ def test_a_value_that_no_file_can_have_is_refused_with_its_key(value):
 
 
 def test_a_key_of_a_change_is_text():
-    # red: an AttributeError
     with pytest.raises(StudyError, match="7: a key must be text"):
         Model("l_panel.yaml").changed({7: 1})

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from pidpanel.check import checked_study
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY as G
 from pidpanel.damping_ratio import read_damping_ratio
 from pidpanel.measurement.files import read_measured
 from pidpanel.sound.table import read_pressure
 from pidpanel.spectra.acceleration_table import read_acceleration
+from pidpanel.study import StudyError
 
 
 @pytest.fixture
@@ -100,6 +102,11 @@ def test_steps_high_levels_and_low_frequencies_of_an_input(written):
         (read_pressure, "800,12x0\n1000,121\n", "line 1: spl_db = '12x0': must be a finite"),
         (read_pressure, "f,L\n800,120\n1000,121\nx,122\n", "line 4: center_hz = 'x': must be"),
         (read_pressure, "f,L\n800,120\n1000,121\n1.2.50,y\n", "line 4: center_hz = '1.2.50'"),
+        (read_pressure, "800Ω120\n1000\t121\n1250\t122\n", "line 1: "),
+        (read_pressure, "f;L\n800;120\n1000;121#5\n", "line 3: spl_db = '121#5'"),
+        (read_pressure, "f;L\n800;120\n%1000;121\n", "line 3: center_hz = '%1000'"),
+        (read_pressure, 'f;L\n800;120\n1000;"21\n', "line 3: unexpected end of data"),
+        (read_pressure, "800 120\n1000 121 5\n", "line 2: has 3 values"),
         (read_pressure, "f,SPL [dB(A)]\n800,120\n1000,121\n", "'SPL [dB(A)]': must be in dB"),
         (read_pressure, "f,A-weighted SPL (dB)\n800,120\n1000,121\n", "'A-weighted SPL (dB)': unknown"),
         (read_pressure, "Frequency,SPL\nHz,dBA\n800,120\n1000,121\n", "spl_db = 'dBA'"),
@@ -130,3 +137,51 @@ def test_measured_curves_and_damping_ratios_have_usual_headers(written):
     assert (curve.psd.tolist(), curve.over_base) == ([1, 4], True)
     ratio = read_damping_ratio(written("Frequency (Hz);Damping ratio (%)\n20;1,5\n30;2\n"))
     assert ratio.ratio == pytest.approx((0.015, 0.02))
+
+
+STUDY = """
+panel:
+  outline_m: [1.2, 0.8]
+  section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273}
+  mesh: {kind: quadrilaterals, elements: [12, 8]}
+  patches: {p: {centre_m: [0.47, 0.33], size_m: [0.21, 0.17]}}
+  points: {A: [0.5, 0.37], B: [0.31, 0.22]}
+base: {random: {spectrum: t.csv}}
+response: {frequency_hz: [20, 400]}
+dampers: {d: {equivalent_damping_n_s_m3: 500, apparent_mass_kg_m2: 1}}
+scenarios: {s: {layout: {p: {damper: d}}}}
+"""
+
+
+def test_an_input_that_may_be_in_si_is_refused_until_its_overall_value_is_stated(written, tmp_path):
+    # red: levels above 10 taken as they are; refused though stated
+    written("20,15.4\n500,15.4\n")
+    study = tmp_path / "mine.yaml"
+    study.write_text(STUDY)
+    with pytest.raises(StudyError, match=r"have 86 g rms; in \(m/s²\)²/Hz\? base.random.overall_g"):
+        checked_study(study)
+    study.write_text(STUDY.replace("t.csv}", "t.csv, overall_g: 86}"))
+    assert checked_study(study).base.random.overall_g == 86
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ("", "is an acceleration over force; the key drive must name the point that was hit: A, B"),
+        (", drive: C", "drive = C: unknown point; allowed are A, B"),
+        (", drive: B, scenario: s", "not allowed with an acceleration over force"),
+        (", drive: B", None),
+    ],
+)
+def test_a_hammer_hits_a_point_of_the_bare_panel(written, tmp_path, keys, message):
+    # red: the first point hit
+    written("20,0.01\n500,0.01\n")
+    (tmp_path / "tap.csv").write_text("f,Accelerance (m/s²/N)\n20,1\n400,2\n")
+    study = tmp_path / "mine.yaml"
+    study.write_text(f"{STUDY}measurements: {{tap: {{file: tap.csv, point: A{keys}}}}}\n")
+    if message is None:
+        assert checked_study(study).measurements["tap"].drive == "B"
+        return
+    with pytest.raises(StudyError) as error:
+        checked_study(study)
+    assert message in str(error.value)

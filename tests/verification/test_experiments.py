@@ -37,7 +37,7 @@ def test_a_loss_that_does_not_fall_has_no_end():
 def test_a_collision_is_that_of_lammps(tmp_path):
     # the same law in another program, with a step 200 times longer; forces to 1.2e-4 of the
     # largest.
-    rows = experiments.lammps_rows(tmp_path)
+    rows = list(experiments.lammps_rows(tmp_path))
     assert len(rows) == 3 * len(experiments.COLLISION)
     largest = {
         unit: max(abs(r.reference) for r in rows if r.unit == unit) for unit in ("m", "m/s", "N")

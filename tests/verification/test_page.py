@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from pidpanel.damping import inelastic
 from pidpanel.report import html
 from pidpanel.verification import page as verification_page
 from pidpanel.verification.rows import COMPARISONS, Row
@@ -16,38 +15,10 @@ def row(case, computed, reference, tolerance=math.nan, at=math.nan, resolution=m
     return common.row(f"x at {at:g}", computed, reference, at, resolution)
 
 
-def family(case, truth, levels, errors, tolerance):
-    """Rows of a case over its points and resolutions; the last resolution is held."""
-    return [
-        row(case, truth(at) * (1 + error) if truth(at) else 1e-5, truth(at),
-            tolerance if size == list(errors)[-1] else math.nan, at, size)
-        for size, error in errors.items() for at in levels
-    ]  # fmt: skip
-
-
 @pytest.fixture(scope="module")
 def rows():
-    collisions = [
-        row(COMPARISONS["collision"]["case"], (1 - e**2) * (1 + 0.1 * step), 1 - e**2,
-            0.02 if step == 0.1 else math.nan, e, step)
-        for e in (0.3, 0.8) for step in (0.2, 0.1, 0.05)
-    ]  # fmt: skip
     return [
-        *collisions,
-        *family(
-            COMPARISONS["slug"]["case"],
-            inelastic.slug_energy,
-            (1.0, 2.0),
-            {1: -0.16, 12: -0.04, 48: 0.01},
-            0.04,
-        ),
-        *family(
-            COMPARISONS["floor"]["case"],
-            inelastic.floor_energy,
-            (0.9, 2.0),
-            {1: 0.2, 48: 0.002},
-            0.05,
-        ),
+        row(COMPARISONS["collision"]["case"], 0.91, 0.9, 0.02, 0.3, 0.1),
         row("Panel of Navier", 44.99, 45.0, 1e-3, unit="Hz"),
     ]
 

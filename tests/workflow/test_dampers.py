@@ -16,7 +16,7 @@ SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
 def values(seeds=1):
     """Two beads on two patches, and constants; a third coupon that no scenario names."""
     found = copy.deepcopy({key: SMOKE[key] for key in ("panel", "sound", "response")})
-    light = copy.deepcopy(SMOKE["coupon"])
+    light = copy.deepcopy(SMOKE["dampers"]["acrylic"])
     light["sweep"]["frequency_hz"] = [400]
     light["accuracy"] |= {"seeds": seeds, "coverage": 0.5}
     heavy = copy.deepcopy(light)
@@ -24,12 +24,11 @@ def values(seeds=1):
     heavy["sweep"]["fill_fraction"] = [0.4]
     found["panel"]["patches"]["PID-2"] = {"centre_m": [0.25, 0.5], "size_m": [0.3, 0.2]}
     found["dampers"] = {
-        "light": {"coupon": light},
-        "heavy": {"coupon": heavy},
-        "spare": {"coupon": copy.deepcopy(heavy) | {"gravity_g": 0}},
+        "light": light,
+        "heavy": heavy,
+        "spare": copy.deepcopy(heavy) | {"gravity_g": 0},
         "pot": {"equivalent_damping_n_s_m3": 900},
     }
-    found["damping"] = {"readings": ["stated"]}
     found["scenarios"] = {
         "both": {
             "layout": {
@@ -49,16 +48,13 @@ def written(folder, found, name="two.yaml"):
 
 
 def test_every_coupon_that_a_scenario_names_has_its_cases_and_its_surface(tmp_path):
-    # red: `STUDY.coupons` without its dampers; `used_dampers` that returns all
     found = jobs(snakemake(tmp_path, written(tmp_path, values(seeds=2)), "-n"))
-    assert found["damper_cases"] == found["damper_damping"] == 2
-    assert "cases" not in found and "damping" not in found
+    assert found["cases"] == found["damping"] == 2
     # a packing for each bead and seed; beds of two fills and of one
     assert (found["pour"], found["loosen"]) == (4, 6)
 
 
 def test_coupons_of_one_bead_share_their_packings_beds_and_runs(tmp_path):
-    # red: BATCHES of every coupon's cases in place of the distinct ones
     study = values()
     study["dampers"]["heavy"] = copy.deepcopy(study["dampers"]["light"])
     found = jobs(snakemake(tmp_path, written(tmp_path, study), "-n"))
@@ -68,11 +64,10 @@ def test_coupons_of_one_bead_share_their_packings_beds_and_runs(tmp_path):
     assert {key: found[key] for key in ("pour", "loosen", "shake")} == {
         key: once[key] for key in ("pour", "loosen", "shake")
     }
-    assert found["damper_cases"] == 2
+    assert found["cases"] == 2
 
 
 def test_a_study_without_a_coupon_needs_neither_liggghts_nor_damping(tmp_path):
-    # red: `surface` required by the rule `response`
     study = values()
     del study["scenarios"]["both"]
     found = jobs(snakemake(tmp_path, written(tmp_path, study), "-n"))
@@ -90,7 +85,6 @@ def ran(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_the_files_of_a_damper_are_in_its_folders(ran):
-    # red: of_damper that returns stage / name always
     results = ran / "results" / "two"
     for damper in ("light", "heavy"):
         assert (results / "coupon" / damper / "cases.csv").is_file()
@@ -104,11 +98,11 @@ def test_the_files_of_a_damper_are_in_its_folders(ran):
 @pytest.mark.parametrize(
     ("change", "runs"),
     [
-        (lambda v: v["dampers"]["spare"]["coupon"].update(gravity_g=2), {"report"}),
+        (lambda v: v["dampers"]["spare"].update(gravity_g=2), {"report"}),
         (lambda v: v["dampers"]["pot"].update(equivalent_damping_n_s_m3=800),
          {"response", "maps", "export", "report"}),
-        (lambda v: v["dampers"]["heavy"]["coupon"]["particles"].update(restitution=0.7),
-         {"loosen", "shake", "damper_cases", "damper_film", "damper_damping", "response", "maps",
+        (lambda v: v["dampers"]["heavy"]["particles"].update(restitution=0.7),
+         {"loosen", "shake", "cases", "film", "damping", "response", "maps",
           "export", "report"}),
         (lambda v: v["scenarios"]["both"]["layout"]["PID-1"].update(fill_fraction=0.5),
          {"response", "maps", "export", "report"}),
@@ -116,17 +110,15 @@ def test_the_files_of_a_damper_are_in_its_folders(ran):
     ],
 )  # fmt: skip
 def test_a_change_of_one_damper_runs_nothing_of_another(ran, change, runs):
-    # red: `section("dampers")` among the params of damper_cases or response
     study = values()
     change(study)
     found = jobs(snakemake(ran, written(ran, study), "-n"))
     written(ran, values())
     assert set(found) == runs
-    assert found.get("damper_cases", 1) == found.get("damper_damping", 1) == 1
+    assert found.get("cases", 1) == found.get("damping", 1) == 1
     assert "pour" not in found
 
 
 @pytest.mark.liggghts
 def test_every_column_of_several_dampers_is_described(ran):
-    # red: the folder of a damper left out of `_matches`
     assert untold(ran / "results" / "two")[0] == []

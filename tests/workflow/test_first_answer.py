@@ -3,7 +3,6 @@
 import pytest
 import yaml
 
-from pidpanel.paths import DATA
 from pidpanel.study import load_study
 from pidpanel.workflow import first_answer
 
@@ -12,33 +11,27 @@ STUDIES = ROOT / "workflow" / "studies"
 
 
 def test_a_simulated_study_is_answered_from_the_atlas_first(tmp_path):
-    # red: the readings left as they are, which would run LIGGGHTS; the name, and so the results
     path = first_answer.first_study(STUDIES / "paper.yaml", tmp_path)
     study, whole = load_study(path), load_study(STUDIES / "paper.yaml")
-    assert study.readings == ("atlas",) and not study.coupons and not study.is_coupled
+    assert not study.coupons and not study.is_coupled
+    assert [d.model for d in study.dampers.values() if d.kind == "particles"] == ["atlas"]
     assert study.name == "paper_first" and study.scenarios == whole.scenarios
 
 
 def test_settings_of_other_damping_models_do_not_silence_the_first_answer(tmp_path):
-    # red: damping.coupled and damping.table left in, which the atlas alone does not allow
-    text = (STUDIES / "paper.yaml").read_text()
-    values = yaml.safe_load(text)
-    table = next((DATA / "damping").glob("*.csv")).name
-    values["damping"] = {"readings": ["atlas", "coupled", "table"], "prior": "atlas"}
-    values["damping"] |= {"coupled": {"runs": 2}, "table": table, "interpolation": "linear"}
+    values = yaml.safe_load((STUDIES / "paper.yaml").read_text())
+    values["damping"] = {"coupled": {"runs": 2}}
     file = tmp_path / "paper.yaml"
     file.write_text(yaml.safe_dump(values))
     study = load_study(first_answer.first_study(file, tmp_path / "results"))
-    assert study.readings == ("atlas",) and study.damping.table is None
+    assert not study.coupons and not study.is_coupled
 
 
 @pytest.mark.parametrize("name", ["l_panel.yaml", "smoke.yaml", "coupon_size.yaml"])
 def test_a_study_without_the_atlas_or_without_simulation_has_no_first_answer(tmp_path, name):
-    # red: either condition left out
     assert first_answer.first_study(STUDIES / name, tmp_path) is None
 
 
 def test_mistakes_are_left_to_the_run(tmp_path, monkeypatch):
-    # red: `except` left out: a traceback before the line of Snakemake
     monkeypatch.chdir(tmp_path)
     assert first_answer.main("nosuch.yaml", "1") == 0

@@ -43,7 +43,6 @@ def dry_run(folder, *options):
 
 
 def test_another_workflow_takes_all_rules_for_the_study_that_it_names(tmp_path):
-    # red: STUDY_FILE from workflow.configfiles first; a study that comes with pidpanel not found
     (tmp_path / "config").mkdir()
     config = (ROOT / "config" / "config.yaml").read_text()
     (tmp_path / "config" / "config.yaml").write_text(config)
@@ -56,7 +55,6 @@ def test_another_workflow_takes_all_rules_for_the_study_that_it_names(tmp_path):
 
 
 def test_the_catalogue_finds_what_it_asks_for():
-    # red: any of the files left out
     usage = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
     assert usage["software-stack-deployment"]["apptainer"] is True and usage["report"] is True
     for name in ("workflow/Snakefile", "config/README.md", "config/config.yaml", "LICENSE"):
@@ -78,7 +76,6 @@ def refusal(folder, *options):
 
 
 def test_config_yaml_names_the_study_of_plain_snakemake(tmp_path):
-    # red: `configfile` left out of rules/common.smk
     (tmp_path / "config").mkdir()
     shutil.copy(STUDY, tmp_path / "config" / "mine.yaml")
     (tmp_path / "config" / "config.yaml").write_text("study: config/mine.yaml\n")
@@ -89,13 +86,11 @@ def test_config_yaml_names_the_study_of_plain_snakemake(tmp_path):
 
 
 def test_a_study_may_be_named_and_settings_given_on_the_command_line(tmp_path):
-    # red: `study` or `job_minutes` left out of SETTINGS
     options = ["-s", ROOT / "Snakefile", "--config", f"study={STUDY}", "job_minutes=25"]
     assert "results/l_panel/report.html" in dry_run(tmp_path, *options)
 
 
 def test_without_a_study_one_line_says_how_to_name_it(tmp_path):
-    # red: a study by default
     assert "no study: snakemake --configfile study.yaml" in refusal(tmp_path)
 
 
@@ -108,13 +103,11 @@ def test_without_a_study_one_line_says_how_to_name_it(tmp_path):
     ],
 )
 def test_a_mistake_in_a_value_of_the_command_line_names_it(tmp_path, value, line):
-    # red: values of --config passed over; the line of the file for them
     options = ["--configfile", STUDY, "--config", value]
     assert f"{STUDY}, {line}" in refusal(tmp_path, *options)
 
 
 def test_a_profile_in_the_working_folder_is_not_evaluated(tmp_path):
-    # red: no --workflow-profile in `cli.snakemake.command`: Snakemake evaluated this at once
     profile = tmp_path / "profiles" / "default" / "config.yaml"
     profile.parent.mkdir(parents=True)
     hit = tmp_path / "hit"

@@ -33,7 +33,6 @@ def designed(tmp_path_factory):
 
 
 def test_snakemake_runs_the_search_before_the_page(designed):
-    # red: optimise.smk left out of the Snakefile; the front left out of PROPOSAL
     tables = {path.stem for path in (designed / "optimise").glob("*.csv")}
     assert tables == {"layouts", "front", "summary", "search", "psd"}
     front = pd.read_csv(designed / "optimise" / "front.csv")
@@ -46,7 +45,6 @@ def test_snakemake_runs_the_search_before_the_page(designed):
 
 @pytest.mark.parametrize("objective", ["panel", "stress", "oscillators"])
 def test_other_objectives_are_made_small(designed, tmp_path, objective):
-    # red: w for all motions; the weights of accelerations; points of the panel left out
     values = yaml.safe_load((designed.parent.parent / "design.yaml").read_text())
     values["optimise"] |= {"objective": objective, "patches_at_most": 1}
     if objective == "oscillators":
@@ -77,7 +75,6 @@ def test_other_objectives_are_made_small(designed, tmp_path, objective):
 
 
 def test_no_number_of_the_page_is_missing(designed):
-    # red: the columns of face sheets shown for a sandwich; `nan dB` of a search without a bound
     page = (designed / "report.html").read_text()
     text = re.sub(r"<(style|script)[^>]*>.*?</\1>|data:[^\"]*|<[^>]+>", " ", page, flags=re.DOTALL)
     assert "Proposed layouts" in text
@@ -86,7 +83,6 @@ def test_no_number_of_the_page_is_missing(designed):
 
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 def test_a_click_on_the_front_shows_the_layout(designed):
-    # red: choose() that only marks the link; ids of options without their number
     with Browser(1200) as browser:
         browser.open(designed / "report.html")
         shown = "[...document.querySelectorAll('.option')].filter(e => e.checkVisibility()).map(e => e.id)"

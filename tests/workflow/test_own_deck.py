@@ -38,7 +38,6 @@ def ran(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_a_deck_of_ones_own_runs_to_its_page(ran):
-    # red: an empty film, which could not be read
     cases = pd.read_csv(ran / "results" / "mine" / "coupon" / "cases.csv")
     assert len(cases) == 2 and (cases["equivalent_damping_n_s_m3"] > 0).all()
     page = (ran / "results" / "mine" / "report.html").read_text()
@@ -49,7 +48,6 @@ def test_a_deck_of_ones_own_runs_to_its_page(ran):
 
 @pytest.mark.liggghts
 def test_the_page_says_how_its_deck_runs_again(ran):
-    # red: run_step without the decks: the command of the page was refused
     page = (ran / "results" / "mine" / "report.html").read_text()
     command = html.unescape(page.split("<pre>")[-1].split("</pre>")[0])
     assert shlex.split(command) == ["pidpanel", "run", str(ran / "mine.yaml"), "--trust-deck"]
@@ -59,7 +57,6 @@ def test_the_page_says_how_its_deck_runs_again(ran):
 
 @pytest.mark.liggghts
 def test_the_deck_that_comes_with_pidpanel_needs_no_trust(ran, tmp_path):
-    # red: `comes_with_pidpanel` without resolve(); --trust-deck on every page with a deck
     (tmp_path / "lab.yaml").write_text(STUDY.replace("mine.in.j2", "shake_lab.in.j2"))
     shutil.copytree(ran / "results" / "coupon", tmp_path / "results" / "coupon")
     result = pidpanel(tmp_path, "run", "lab.yaml")

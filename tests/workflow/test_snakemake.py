@@ -57,7 +57,6 @@ def changed(folder, old, new):
 
 
 def test_a_second_run_has_nothing_to_do_and_a_dry_run_writes_nothing(made):
-    # red: a param that differs between calls; `check_machine` where the rules are read
     before = files(made)
     assert jobs(snakemake(made, "-n")) == {}
     # of params Snakemake 9.27 lists one file of each job whether or not they have changed
@@ -68,7 +67,6 @@ def test_a_second_run_has_nothing_to_do_and_a_dry_run_writes_nothing(made):
 
 
 def test_a_dry_run_of_an_empty_folder_leaves_no_results(tmp_path, write_study, table_values):
-    # red: the folder made by the check of the machine
     write_study(tmp_path, "small", table_values())
     assert set(jobs(snakemake(tmp_path, "-n"))) == ALL
     assert not (tmp_path / "results").exists()
@@ -84,7 +82,7 @@ def test_a_dry_run_of_an_empty_folder_leaves_no_results(tmp_path, write_study, t
     ],
 )
 def test_a_change_of_the_study_runs_what_depends_on_it_whatever_the_dates(copied, old, new, wanted):
-    # results of another machine whose clock is ahead; red: params left out of the triggers
+    # results of another machine whose clock is ahead
     for path in files(copied):
         os.utime(path, (4e9, 4e9))
     changed(copied, old, new)
@@ -92,7 +90,6 @@ def test_a_change_of_the_study_runs_what_depends_on_it_whatever_the_dates(copied
 
 
 def test_a_changed_table_runs_what_reads_it(copied):
-    # red: `by_content` left out of `section`
     table = copied / "lab.csv"
     age = table.stat()
     table.write_text(table.read_text().replace("0.3,40,3,", "0.3,41,3,", 1))
@@ -101,7 +98,6 @@ def test_a_changed_table_runs_what_reads_it(copied):
 
 
 def test_another_version_of_the_package_runs_all_again(copied, monkeypatch):
-    # red: `version` left out of a rule
     records = [p for p in (copied / ".snakemake" / "metadata").rglob("*") if p.is_file()]
     for path in records:
         path.write_text(path.read_text().replace("'0.1.0+", "'0.0.9+"))
@@ -109,7 +105,6 @@ def test_another_version_of_the_package_runs_all_again(copied, monkeypatch):
 
 
 def test_values_of_the_command_line_take_the_place_of_those_of_the_study(copied):
-    # red: nested values of --config left text; compared with the file by Snakemake's own reading
     plain = pd.read_csv(copied / SUMMARY)
     options = ["--config", "panel={damping_ratio: 0.04}"]
     result = snakemake(copied, SUMMARY, *options)
@@ -122,7 +117,6 @@ def test_values_of_the_command_line_take_the_place_of_those_of_the_study(copied)
 
 
 def test_a_further_configfile_takes_the_place_of_values(made, tmp_path):
-    # red: the first of the files for the study
     further = tmp_path / "small.yaml"
     further.write_text("response: {frequency_hz: [40, 140]}\n")
     files_of = made / "small.yaml", further
@@ -148,7 +142,6 @@ def test_parts_of_the_study_are_chosen(made):
 
 
 def test_touched_results_are_up_to_date(copied):
-    # red: something besides Snakemake's own records decides
     changed(copied, "title: A small panel", "title: The small panel")
     assert snakemake(copied, "--touch").returncode == 0
     assert jobs(snakemake(copied, "-n")) == {}
@@ -162,14 +155,12 @@ def test_lost_records_of_snakemake_leave_time_stamps(copied):
 
 
 def test_what_a_killed_job_left_is_made_again(copied):
-    # red: `rerun-incomplete` left out of the profile
     name = urlsafe_b64encode(b"results/small/sound/spectrum.csv").decode()
     (copied / ".snakemake" / "incomplete" / name).write_text('{"external_jobid": null}')
     assert "sound" in jobs(snakemake(copied, "-n"))
 
 
 def test_a_failed_stage_is_one_line_and_leaves_no_result(copied):
-    # red: the error of a class of pidpanel with its traceback; results of before kept
     (copied / "results" / "small" / "panel" / "modes.nc").write_bytes(b"no NetCDF")
     result = snakemake(copied, "--keep-going", "-R", "sound")
     assert result.returncode != 0
@@ -246,7 +237,7 @@ use rule * from ratio_{number} as ratio_{number}_*
 
 
 def test_a_sweep_over_a_key_is_a_module_for_each_value(copied):
-    # docs/asking.md; red: the config of one module taken for that of another
+    # docs/asking.md
     snakefile = ROOT / "workflow" / "Snakefile"
     modules = "".join(
         MODULE.format(number=k, ratio=ratio, snakefile=snakefile)
@@ -266,7 +257,6 @@ def test_a_sweep_over_a_key_is_a_module_for_each_value(copied):
 
 
 def test_one_process_leaves_the_same_files_and_snakemake_makes_them_again(made, tmp_path):
-    # red: a file left out of `stage_files`; no marks, so that Snakemake takes them for its own
     for name in ("small.yaml", "lab.csv", "limit.csv", "test.csv"):
         shutil.copy(made / name, tmp_path)
     result = pidpanel(tmp_path, "run", "small.yaml")
@@ -289,7 +279,6 @@ def test_one_process_leaves_the_same_files_and_snakemake_makes_them_again(made, 
 
 
 def test_a_killed_process_leaves_no_page_of_before(copied):
-    # red: the page of the run before beside new numbers
     (copied / "limit.csv").write_text("frequency_hz,acceleration_psd_g2_hz\n40,0.5\n150,0.5\n")
     code = (
         "import os, signal, sys; from pidpanel.workflow import in_process\n"

@@ -49,7 +49,6 @@ def smoke(tmp_path_factory):
 
 @pytest.mark.liggghts
 def test_paths_and_texts_of_a_study_are_data(smoke):
-    # red: "2> {log}" with the folder in it; `shlex.quote` left out of run_step; `|safe` for a title
     assert not list(smoke.parent.rglob("hacked*"))
     page = (smoke / "results" / "smoke" / "report.html").read_text()
     assert html.escape(TITLE) in page
@@ -59,7 +58,6 @@ def test_paths_and_texts_of_a_study_are_data(smoke):
 
 @pytest.mark.liggghts
 def test_the_commands_after_a_run_know_its_results(smoke, tmp_path):
-    # red: a dry run whose target is taken for a logger; cases counted by their folders
     result = pidpanel(smoke, "status", "smoke.yaml")
     assert result.returncode == 0, said(result)
     lines = result.stdout.splitlines()
@@ -89,7 +87,6 @@ def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
 
 
 def test_verification_runs_every_case_of_every_stage(tmp_path):
-    # red: a case left out of VERIFIED in verification.smk
     stages = ("coupon", "panel", "sound", "response", "base")
     wanted = [importlib.import_module(f"pidpanel.verification.{s}").CASES for s in stages]
     result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "verification")
@@ -99,7 +96,6 @@ def test_verification_runs_every_case_of_every_stage(tmp_path):
 
 
 def test_validation_runs_every_experiment(tmp_path):
-    # red: a case left out of VALIDATED in verification.smk
     result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "validation")
     table = said(result).split("Job stats")[1]
     cases = next(line for line in table.splitlines() if line.startswith("verify "))
@@ -109,7 +105,7 @@ def test_validation_runs_every_experiment(tmp_path):
 @pytest.mark.liggghts
 def test_the_smoke_study_goes_from_liggghts_to_the_report(smoke):
     results = smoke / "results" / "smoke"
-    cases = pd.read_csv(results / "coupon" / "cases.csv")
+    cases = pd.read_csv(results / "coupon" / "acrylic" / "cases.csv")
     assert len(cases) == 8
     assert (cases["status"] == "ok").mean() >= 0.8
     good = cases[cases["status"] == "ok"]
@@ -156,7 +152,7 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
     result = snakemake(folder, STUDIES / "smoke.yaml", "-n")
     assert jobs(result)["shake"] == 1
     assert "pour" not in jobs(result)
-    result = snakemake(folder, STUDIES / "smoke.yaml", "results/smoke/coupon/cases.csv")
+    result = snakemake(folder, STUDIES / "smoke.yaml", "results/smoke/coupon/acrylic/cases.csv")
     assert result.returncode == 0, said(result)
     assert [run["status"] for run in json.loads(outcome.read_text())["runs"]] == ["ok", "ok"]
     # what it had run already was not run again
@@ -165,12 +161,11 @@ def test_a_run_that_was_stopped_goes_on_with_what_is_missing(smoke, tmp_path):
 
 @pytest.mark.liggghts
 def test_a_file_that_cannot_be_read_is_named_and_comes_back_once_it_is_deleted(smoke, tmp_path):
-    # red: a row with a status in its place, which Snakemake would keep
     folder = tmp_path / "cut"
     shutil.copytree(smoke, folder)
     outcome = next((folder / "results" / "coupon").glob("r*/*pc_*.json"))
-    cases = folder / "results" / "smoke" / "coupon" / "cases.csv"
-    before, target = cases.read_bytes(), "results/smoke/coupon/cases.csv"
+    cases = folder / "results" / "smoke" / "coupon" / "acrylic" / "cases.csv"
+    before, target = cases.read_bytes(), "results/smoke/coupon/acrylic/cases.csv"
     outcome.write_text(outcome.read_text()[:-40])
     result = snakemake(folder, smoke / "smoke.yaml", target)
     assert result.returncode != 0
@@ -192,7 +187,7 @@ def only_line(result):
     ("change", "line"),
     [
         (("fill_fraction: [0.4, 0.8]\n    frequency", "fill_fraction: [0.4, 1.4]\n    frequency"),
-         "coupon.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
+         "dampers.acrylic.sweep.fill_fraction[1] = 1.4: must be from 0.02 to 1"),
         (("speed_m_s: 343", "sped_m_s: 343"), "sound.sped_m_s = 343: unknown key; did you mean speed_m_s?"),
         (("[100, 400], damper_mass", "[10, 400], damper_mass"),
          "response.frequency_hz = [10, 400]: must be in the bands of smc_s_016_2014_min_third.csv, 28.184 to 11220 Hz"),
@@ -250,7 +245,6 @@ def test_a_results_folder_that_cannot_be_written_is_named(tmp_path):
 
 @pytest.mark.liggghts
 def test_every_column_and_variable_is_described_and_nothing_else(smoke):
-    # red: a column renamed in response/tables.py; another unit of acceleration_psd there
     missing, stale = untold(smoke / "results" / "smoke")
     assert missing == []
     # of studies that vary a key, with a core, of waves with a direction, and with free edges

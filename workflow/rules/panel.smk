@@ -1,7 +1,5 @@
 # Mesh the panel and find its modes and residual vectors.
 
-from pidpanel.study.dampers import damper_masses, resolved_masses
-
 
 rule panel:
     output:
@@ -21,8 +19,8 @@ rule panel:
         version=VERSION,
         panel=section("panel"),
         # basis and mesh follow the panel with its heaviest dampers
-        damper_mass=damper_masses(STUDY),
-        resolved_mass=resolved_masses(STUDY),
+        damper_mass=STUDY.damper_masses(),
+        resolved_mass=STUDY.damper_masses(with_rows=True),
         highest=STUDY.response.frequency_hz[1],
         speed=STUDY.wave_speed,
     message:

@@ -7,4 +7,6 @@ from pidpanel.provenance.files import Files
 with job.started(snakemake) as study:
     files, output = Files.from_names(snakemake.input), Files.from_names(snakemake.output)
     curves = {"sound": files.get("response"), "base": files.get("base")}
-    write_measurements(study, curves, output.measured, output.differences)
+    write_measurements(
+        study, curves, output.measured, output.differences, files, output.get("hammer")
+    )

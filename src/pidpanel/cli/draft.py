@@ -17,9 +17,9 @@ from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.table import read_spectrum
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
-from pidpanel.study.dampers import TableDamper
 from pidpanel.study.requirements import DEPTH, WIDTH
 from pidpanel.study.section import core_cell_width_mm
+from pidpanel.study.stated_dampers import TableDamper
 
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
 FILLS = (0.3, 0.5, 0.7, 0.9)

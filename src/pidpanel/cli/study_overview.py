@@ -121,8 +121,7 @@ def solve(panel: Panel) -> PanelEstimate:
         # of the attachments only the masses are included here
         plate = studied.plate(replace(mesh, patch_cells={}))
     rigid, frequency, vectors = first_modes(plate, MODES + 3)
-    share = len(study_mesh.cells) / len(mesh.cells)
-    coordinates = round(plate.stiffness.shape[0] * share)
+    coordinates = round(plate.stiffness.shape[0] * len(study_mesh.cells) / len(mesh.cells))
     first = Shapes(frequency[:MODES], frequency[:0], vectors[:, :MODES])
     elements, basis = len(mesh.cells), basis_of(mesh, plate, first)
     return PanelEstimate(study_mesh, coordinates, rigid, first.frequency, elements, basis)

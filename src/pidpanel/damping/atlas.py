@@ -19,7 +19,6 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import least_squares
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.atlas.groups import ElasticSphere, is_hard
@@ -31,12 +30,6 @@ from pidpanel.damping.models import Damper, DampingValues, Point
 from pidpanel.damping.sides import Sides
 from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import CASE_COLUMNS, STROKE, SurfaceBed, clear_gap
-
-# ln A, p, q, k, then ln A and k of gravity across over these, ln B, s, t, v, w: where the search
-# starts; each differs from it by about 1.
-TREND_START = np.array([0.0, 0.0, 0.9, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0])
-
-TREND_ERROR = 0.25  # of the trend about which cases are compared: few are outliers
 
 
 def riding_trend(constants: Array, points: Array) -> Array:
@@ -55,7 +48,7 @@ def riding_trend(constants: Array, points: Array) -> Array:
     Parameters
     ----------
     constants
-        (11,) of `fit_riding`.
+        (11,) of ``benchmarks/atlas_fit.py``.
     """
     fill, gamma, throw, loss, friction, width, layers, upright, _ = points.T
     friction = friction + width - layers + np.log(fill)  # ln μ
@@ -66,23 +59,6 @@ def riding_trend(constants: Array, points: Array) -> Array:
     body, _ = slug(np.minimum(np.exp(-stroke), LONGEST_GAP))
     gas = -np.logaddexp(-gas, -np.log(body / np.pi))
     return np.asarray(np.log(2 * np.pi) + np.logaddexp(thrown, gas))
-
-
-def fit_riding(points: Array, log_loss: Array, error: Array) -> Array:
-    """Return the constants (11,) of cases that ride, by robust least squares.
-
-    Parameters
-    ----------
-    points, log_loss, error
-        (n, 9), ln 2πη (n,) and its standard errors.
-    """
-    scale = np.hypot(error, TREND_ERROR)
-
-    def deviation(constants: Array) -> Array:
-        residual = (riding_trend(constants, points) - log_loss) / scale
-        return np.concatenate([residual, constants - TREND_START])
-
-    return np.asarray(least_squares(deviation, TREND_START, loss="soft_l1").x)
 
 
 Direction = Literal["flat", "upright"]  # of gravity: along the motion, or across it

@@ -64,11 +64,6 @@ def _atlas(frame: pd.DataFrame, constants: Path) -> Atlas:
     return Atlas(frame, damping, mass, jump, calibration, scale, bulk, trend, version)
 
 
-def package_version() -> str:
-    """Return the version of the table that comes with pidpanel."""
-    return str(json.loads(table.PACKAGE_FILE.read_text(encoding="utf-8"))["version"])
-
-
 def version_text(atlas: Atlas, cases: Path = ATLAS_CASES) -> str:
     """Return version and cases of an atlas: those of the table, and those that teach damping."""
     count = len(table.read_atlas(cases))

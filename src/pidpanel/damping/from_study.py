@@ -24,19 +24,17 @@ from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.dampers import (
-    COUPLED,
-    BedDamper,
+from pidpanel.study.dampers import COUPLED, BedDamper, Prior
+from pidpanel.study.requirements import direction_of, mistakes_of_coupon
+from pidpanel.study.stated_dampers import (
     ConstantSection,
     DamperSection,
     ImpedanceDamper,
     LawDamper,
     LossFactorDamper,
-    Prior,
     TableDamper,
     WeighsAs,
 )
-from pidpanel.study.requirements import direction_of, mistakes_of_coupon
 
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
     import pandas as pd

@@ -53,27 +53,15 @@ class _Line:
         self.axis, self.grid, self.values, self.lines = axis, grid, values, lines
         positive = np.stack([line.log.all(axis=0) for line in lines]) if lines else values > 0
         self.log: Flags = positive & log  # (m, k) of the values at each coordinate
-        self._last_x = np.empty(0)
-        self._answer = (np.empty((0, positive.shape[1])), np.empty(0, dtype=np.bool_))
 
     def __call__(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
         """Return values (n, k) at coordinates, (n,) for each axis, and whether inside (n,)."""
-        if self.lines:
-            return self._between_lines(coordinates)
-        # the search for a motion asks for the same frequencies again and again
-        x = coordinates[self.axis]
-        if not np.array_equal(x, self._last_x):
-            low, weight, inside = _bracket(self.grid, x)
-            high = np.minimum(low + 1, len(self.grid) - 1)
-            log = self.log[low] & self.log[high]
-            values = _interpolate(self.values[low], self.values[high], weight[:, None], log)
-            self._last_x, self._answer = x.copy(), (values, inside)
-        return self._answer
-
-    def _between_lines(self, coordinates: Sequence[Array]) -> tuple[Array, Flags]:
         low, weight, inside = _bracket(self.grid, coordinates[self.axis])
         high = np.minimum(low + 1, len(self.grid) - 1)
         log = self.log[low] & self.log[high]
+        if not self.lines:
+            first, second = self.values[low], self.values[high]
+            return _interpolate(first, second, weight[:, None], log), inside
         # values (n, k) of the two lines next to each point
         first, second = np.empty((2, len(weight), self.log.shape[1]))
         for number in np.unique(np.concatenate([low, high])):

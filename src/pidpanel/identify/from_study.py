@@ -351,8 +351,6 @@ def _snippet(result: IdentificationResult, file: Path) -> str:
     coupon["particles"] = {
         **coupon.get("particles", {}), **{name: values[name] for name in PARAMETERS[:2]}
     }  # fmt: skip
-    text = yaml.safe_dump(
-        {"dampers": {result.identification.name: {"coupon": coupon}}}, sort_keys=False
-    )
+    text = yaml.safe_dump({"dampers": {result.identification.name: coupon}}, sort_keys=False)
     fill = f"fill_fraction: {values['fill_fraction']:g}"
     return f"# identified by pidpanel identify {file.name}; {fill}\n{text}"

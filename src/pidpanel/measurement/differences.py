@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.arrays import Array
-from pidpanel.measurement.files import RATIO_COLUMN, MeasuredPsd
+from pidpanel.measurement.files import PSD_COLUMN, MeasuredPsd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 
 LEAST_SPAN = 10**0.1  # ratio of the ends of a common range that holds a third octave
@@ -44,7 +44,7 @@ def band_differences(
             error = band_rms(frequency, psd * log_error, edge) ** 2 / (upper - lower) / computed
     with np.errstate(divide="ignore", invalid="ignore"):
         decibels = 10 * np.log10(computed / test_psd)
-    power, end = (0.5, RATIO_COLUMN) if measured.over_base else (1.0, "psd_g2_hz")
+    power, end = (1.0, "psd_g2_hz") if measured.column == PSD_COLUMN else (0.5, measured.column)
     return pd.DataFrame(
         {
             "center_hz": center,

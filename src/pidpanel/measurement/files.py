@@ -11,6 +11,7 @@ from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_row
 from pidpanel.measurement.universal import (
     ACCELERATION,
     AUTO,
+    FORCE,
     FREQUENCY,
     GENERAL,
     LONE_RECORD,
@@ -26,7 +27,7 @@ from pidpanel.measurement.universal import (
 from pidpanel.spectra.acceleration_table import ACCELERATION as ACCELERATION_DENSITY
 from pidpanel.tabular import cells
 from pidpanel.tabular.cells import Label
-from pidpanel.tabular.units import DIMENSIONLESS, GRAVITY, HERTZ
+from pidpanel.tabular.units import DIMENSIONLESS, GRAVITY, HERTZ, KILOGRAM
 
 COLUMNS = {
     "frequency_hz": Allowed(0.0, low_itself=False, label=cells.HERTZ),
@@ -34,8 +35,11 @@ COLUMNS = {
     "transmissibility": Allowed(
         0.0, high=1e6, label=Label.named("1", "transmissibility q gain frf", "magnitude")
     ),
+    "accelerance_1_kg": Allowed(
+        0.0, high=1e6, label=Label.named("m/s^2/N", "accelerance inertance", "frf magnitude")
+    ),
 }
-FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN = COLUMNS
+FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN, FORCE_COLUMN = COLUMNS
 
 ANY = (UNKNOWN, GENERAL)  # data types of an axis
 FUNCTIONS = {1: "a time history", 2: "an auto spectrum without a width", 3: "a cross spectrum",
@@ -48,16 +52,19 @@ class MeasuredPsd(NamedTuple):
     # (nf,) rising [Hz] and [g²/Hz]
     frequency: Array
     psd: Array
-    # Whether the PSD is over that of the supports [1]: the square of a transmissibility
-    over_base: bool = False
+    # name of a table: of a ratio the PSD is its square, of a transmissibility or accelerance
+    column: str = PSD_COLUMN
+
+    @property
+    def over_base(self) -> bool:
+        """Whether the PSD is over that of the supports."""
+        return self.column == RATIO_COLUMN
 
     @property
     def columns(self) -> dict[str, Array]:
         """Values by the names of a table."""
-        name, values = PSD_COLUMN, self.psd
-        if self.over_base:
-            name, values = RATIO_COLUMN, np.sqrt(values)
-        return {FREQUENCY_COLUMN: self.frequency, name: values}
+        values = self.psd if self.column == PSD_COLUMN else np.sqrt(self.psd)
+        return {FREQUENCY_COLUMN: self.frequency, self.column: values}
 
 
 def read_measured(path: Path, choice: RecordChoice = LONE_RECORD, point: str = "") -> MeasuredPsd:
@@ -81,12 +88,12 @@ def read_measured(path: Path, choice: RecordChoice = LONE_RECORD, point: str = "
         message = "record, node and direction are only allowed with a universal file"
         raise ColumnsError([f"{path}: {message}"])
     text = _of_point(read_rows(path, COLUMNS), point)
-    over_base = RATIO_COLUMN in text.header
-    names = (FREQUENCY_COLUMN, RATIO_COLUMN if over_base else PSD_COLUMN)
+    ratios = (name for name in (RATIO_COLUMN, FORCE_COLUMN) if name in text.header)
+    names = (FREQUENCY_COLUMN, next(ratios, PSD_COLUMN))
     table = numbers(text, {name: COLUMNS[name] for name in names})
     table.refuse()
     frequency, values = (table[name] for name in names)
-    return _checked(path, frequency, values, over_base)
+    return _checked(path, frequency, values, names[1])
 
 
 def _of_point(text: TableRows, point: str) -> TableRows:
@@ -109,13 +116,12 @@ def _of_point(text: TableRows, point: str) -> TableRows:
     return text._replace(header=[FREQUENCY_COLUMN, PSD_COLUMN], rows=rows, factor=factor)
 
 
-def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> MeasuredPsd:
+def _checked(path: Path, frequency: Array, values: Array, name: str) -> MeasuredPsd:
     """Return the curve, with a step where two lines have one frequency; refuse other faults."""
     if frequency.size < 2:
         raise ColumnsError([f"{path}: must have at least two lines, not {frequency.size}"])
-    name = RATIO_COLUMN if over_base else PSD_COLUMN
     if not ((values >= 0) & (values <= COLUMNS[name].high)).all() or not values.any():
-        message = f"the {'transmissibility' if over_base else 'PSD'} must be finite, from 0 to "
+        message = f"the {'PSD' if name == PSD_COLUMN else name} must be finite, from 0 to "
         raise ColumnsError([f"{path}: {message}{COLUMNS[name].high:g}, and not 0 everywhere"])
     is_step = np.diff(frequency) == 0
     lower = np.where(np.append(is_step, False), np.nextafter(frequency, 0.0), frequency)
@@ -128,37 +134,42 @@ def _checked(path: Path, frequency: Array, values: Array, over_base: bool) -> Me
             message = f"{frequency[row]:g} Hz is given twice"
         allowed = "two lines at one frequency are a step between two values"
         raise ColumnsError([f"{path}: frequencies must rise; {message}; {allowed}"])
-    return MeasuredPsd(lower, values**2 if over_base else values, over_base)
+    return MeasuredPsd(lower, values if name == PSD_COLUMN else values**2, name)
 
 
-def _universal(path: Path, choice: RecordChoice) -> tuple[Array, Array, bool]:
-    """Return frequency, PSD [g²/Hz] or transmissibility, and which, of a data set 58."""
+def _universal(path: Path, choice: RecordChoice) -> tuple[Array, Array, str]:
+    """Return frequency, PSD [g²/Hz], transmissibility or accelerance, and its column."""
     function = read_function(path, choice)
     kind, axes = function.kind, function.axes
     numerator, denominator = axes["ordinate"], axes["orddenom"]
-    over_base = kind in (RESPONSE, TRANSMISSIBILITY)
+    is_ratio = kind in (RESPONSE, TRANSMISSIBILITY)
     # without a unit a spectrum may be one of amplitudes or of powers
     if kind in (AUTO, SPECTRUM) and not numerator.label:
         message = f"function type {kind} must have the unit of its ordinate, per Hz"
         raise function.refusal(f"{message}; without it it may be {FUNCTIONS[kind]}")
-    if kind not in (AUTO, SPECTRUM, PSD) and not over_base:
+    if kind not in (AUTO, SPECTRUM, PSD) and not is_ratio:
         message = "must be a power spectral density, frequency response or transmissibility, "
         message += f"function type {PSD}, {RESPONSE} or {TRANSMISSIBILITY}"
         raise function.refusal(f"{message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
     if numerator.kind not in (*ANY, ACCELERATION):
         raise function.refusal("must be an acceleration, data type 12 of the ordinate")
-    if over_base:
+    magnitude = np.abs(function.values).astype(float)
+    if is_ratio and denominator.kind == FORCE:
+        unit, allowed = KILOGRAM.power(-1), "units such as m/s^2 and N, g and lbf"
+        factor = function.factor(unit, "acceleration over force", allowed)
+        return function.frequency, factor * magnitude, FORCE_COLUMN
+    if is_ratio:
         if denominator.kind not in (*ANY, ACCELERATION):
-            message = "must be over the acceleration of the base, data type 12 of the denominator"
-            raise function.refusal(message)
+            message = "must be over a force or the acceleration of the base, data type 13 or 12 of"
+            raise function.refusal(f"{message} the denominator")
         factor = function.factor(
             DIMENSIONLESS, "a transmissibility", "one unit of acceleration over another"
         )
-        return function.frequency, factor * np.abs(function.values).astype(float), True
+        return function.frequency, factor * magnitude, RATIO_COLUMN
     if denominator.kind not in (*ANY, FREQUENCY):
         raise function.refusal("must have no denominator, data type 0")
     if np.abs(function.values.imag).max() > 1e-6 * np.abs(function.values).max():
         raise function.refusal("must be real; a complex one is a cross spectrum")
     unit = GRAVITY.power(2).divide(HERTZ)
     factor = function.factor(unit, "a PSD", "g^2/Hz, (m/s^2)^2/Hz, mm^2/s^4/Hz or the like")
-    return function.frequency, factor * function.values.real.astype(float), False
+    return function.frequency, factor * function.values.real.astype(float), PSD_COLUMN

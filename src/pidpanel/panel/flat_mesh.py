@@ -6,7 +6,7 @@ omitted and counted: nodes that no element uses, elements that are upside down.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +52,7 @@ class FlatMesh:
     # their shorter diagonal
     triangles: Index
     groups: dict[str, Index]  # triangles of each group; an element may be in several
+    numbers: Mapping[str, str] = field(default_factory=dict)  # names of groups by their numbers
     remarks: tuple[str, ...] = ()  # what of the file is not used, read otherwise, or unusual
 
     @classmethod
@@ -107,7 +108,7 @@ class FlatMesh:
             check_connectivity(numbers, elements[origin], position, cells)
             remarks += _short_edges(numbers, position, cells)
             members = {name: np.flatnonzero(np.isin(origin, rows)) for name, rows in groups.items()}
-            return cls(path, numbers, position, cells, members, tuple(remarks))
+            return cls(path, numbers, position, cells, members, remarks=tuple(remarks))
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
@@ -160,12 +161,13 @@ class FlatMesh:
         patch_cells = {}
         for name, patch in patches.items():
             if isinstance(patch, str):
-                if patch not in self.groups:
+                group = patch if patch in self.groups else self.numbers.get(patch, patch)
+                if group not in self.groups:
                     groups = ", ".join(sorted(self.groups)) or "none"
                     raise ValueError(
                         f"patch {name!r}: {self.path} has no group {patch}; it has {groups}"
                     )
-                patch_cells[name] = self.groups[patch]
+                patch_cells[name] = self.groups[group]
             else:
                 inside = shapely.contains_xy(shapely.Polygon(patch.corners), centre)
                 patch_cells[name] = np.flatnonzero(inside)

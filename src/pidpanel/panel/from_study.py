@@ -25,7 +25,7 @@ from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import ElementKind, Region, element_sizes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
-from pidpanel.panel.stretching import check_edges, stretched_plate
+from pidpanel.panel.stretching import check_edges, panel_stretching
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
 from pidpanel.provenance.digests import stamp
@@ -175,7 +175,7 @@ class StudiedPanel:
             checks.resistances(self.supports, self.attachments, self.section, highest),
             self.section,
             self.points.values(),
-            lambda at: self._size_at(at, 0.0) if self.foreign else self._element_size,
+            lambda place: self._size_at(place, 0.0) if self.foreign else self._element_size,
         )
 
     def cause_of_shift(self, edge: float, frequency: float) -> str:
@@ -389,8 +389,8 @@ def write_panel(study: Study, output: Files) -> None:
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=study.damper_masses())
     basis = basis_of(mesh, plate, shapes)
     held = panel.supports if study.panel.in_plane_edges == "held" else None
-    stored = stretched_plate(mesh, plate, shapes, lowest, held)
-    write_plate(output.plate, stored, stamp(study))
+    stretching = panel_stretching(mesh, plate, shapes, lowest, held)
+    write_plate(output.plate, plate.with_shapes(shapes.vectors, stretching), stamp(study))
     wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
     write_basis(output.modes, with_condensed_face(basis, wavenumber), stamp(study))
     write_shapes(output.shapes, basis)

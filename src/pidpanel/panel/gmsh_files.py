@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,8 @@ def read_gmsh(path: Path, unit: float = 1.0) -> FlatMesh:
         for group in name:
             groups.setdefault(group, []).append(k)
     position = unit * np.array(content["position"])
-    return FlatMesh.from_elements(path, content["node"], position, element, corners, groups)
+    mesh = FlatMesh.from_elements(path, content["node"], position, element, corners, groups)
+    return replace(mesh, numbers=content["numbers"])
 
 
 def _content(path: Path, data: bytes) -> dict[str, Any]:

@@ -59,12 +59,14 @@ def _content(mesh: Path) -> dict[str, Any]:
         message = f"gmsh has {plane:g} plane elements, {len(element)} of them in first order"
         raise ValueError(f"{message}; allowed are triangles and quadrilaterals of first order")
     _check_count(sections)
+    groups = gmsh.model.getPhysicalGroups(2)
     return {
         "node": node.tolist(),
         "position": position.reshape(-1, 3).tolist(),
         "element": element,
         "corners": corners,
         "names": names,
+        "numbers": {tag: gmsh.model.getPhysicalName(2, tag) for _, tag in groups},
         "is_old": is_old,
     }
 
@@ -149,15 +151,15 @@ def _elements(
 @contextmanager
 def _bounded_memory(size: int) -> Iterator[None]:
     """Let allocations fail that take the process more than a size [bytes] beyond its present."""
-    before = resource.getrlimit(resource.RLIMIT_AS)
+    limits = resource.getrlimit(resource.RLIMIT_AS)
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
     limit = pages * resource.getpagesize() + size
-    allowed = [limit] + [old for old in before if old != resource.RLIM_INFINITY]
-    resource.setrlimit(resource.RLIMIT_AS, (min(allowed), before[1]))
+    allowed = [limit] + [old for old in limits if old != resource.RLIM_INFINITY]
+    resource.setrlimit(resource.RLIMIT_AS, (min(allowed), limits[1]))
     try:
         yield
     finally:
-        resource.setrlimit(resource.RLIMIT_AS, before)
+        resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
 if __name__ == "__main__":

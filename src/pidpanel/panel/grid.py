@@ -29,11 +29,17 @@ def grid_lines(
     what leaves the rectangle, and lines too near each other, before any mesh is made.
     """
     places = {f"patch {name!r} = {patch}": patch.corners[[0, 2]] for name, patch in patches.items()}
-    places |= {f"point {name!r} = {show(at)}": np.array([at]) for name, at in anchors.items()}
+    places |= {
+        f"point {name!r} = {show(place)}": np.array([place]) for name, place in anchors.items()
+    }
     for label, corners in places.items():
         _check_inside_rectangle(label, corners, size)
     columns, rows = (
-        _lines(length, length / count, {name: at[:, axis].tolist() for name, at in places.items()})
+        _lines(
+            length,
+            length / count,
+            {name: corners[:, axis].tolist() for name, corners in places.items()},
+        )
         for axis, (length, count) in enumerate(zip(size, elements, strict=True))
     )
     return columns, rows
@@ -41,23 +47,23 @@ def grid_lines(
 
 def _lines(length: float, spacing: float, places: Mapping[str, list[float]]) -> Lines:
     """Return the lines along one axis."""
-    named = [(0.0, "")] + [(at, name) for name, values in places.items() for at in values]
+    named = [(0.0, "")] + [(value, name) for name, values in places.items() for value in values]
     named = sorted([*named, (length, "")])
     distinct = named[:1]
-    for at, name in named[1:]:
-        before, neighbour = distinct[-1]
-        if at - before > SAME * spacing:
-            if at - before < NARROW * spacing:
+    for line, name in named[1:]:
+        previous, neighbour = distinct[-1]
+        if line - previous > SAME * spacing:
+            if line - previous < NARROW * spacing:
                 label = name or neighbour
                 raise ValueError(
-                    f"{label}: its line at {at:g} m is {at - before:.2g} m from another; allowed is"
-                    f" the same place or at least {NARROW * spacing:.2g} m"
+                    f"{label}: its line at {line:g} m is {line - previous:.2g} m from another;"
+                    f" allowed is the same place or at least {NARROW * spacing:.2g} m"
                 )
-            distinct.append((at, name))
-        elif at >= length:
+            distinct.append((line, name))
+        elif line >= length:
             distinct[-1] = (length, "")
-    ends = [at for at, _ in distinct]
-    counts = [int(np.ceil((end - at) / spacing - SAME)) for at, end in pairwise(ends)]
+    ends = [line for line, _ in distinct]
+    counts = [int(np.ceil((end - start) / spacing - SAME)) for start, end in pairwise(ends)]
     return list(zip(ends, [*counts, 0], strict=True))
 
 

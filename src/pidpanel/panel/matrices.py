@@ -35,10 +35,10 @@ class PlateMatrices:
     # and springs [√J/m], and those of masses, to be multiplied by ω²
     reactions: tuple[sp.csr_array, sp.csr_array]
 
-    def with_shapes(self, shapes: Array) -> "StoredPlate":
-        """Return the matrices with the shapes (n, n_shapes) of a basis."""
-        names = [field.name for field in fields(PlateMatrices)]
-        return StoredPlate(**{name: getattr(self, name) for name in names}, shapes=shapes)
+    def with_shapes(self, shapes: Array, stretching: "Stretching | None" = None) -> "StoredPlate":
+        """Return the matrices with the shapes (n, n_shapes) of a basis, and their stretching."""
+        values = {field.name: getattr(self, field.name) for field in fields(PlateMatrices)}
+        return StoredPlate(**values, shapes=shapes, stretching=stretching)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, read_mesh_file
 from pidpanel.text_files import lines_of
 
 CORNERS = {"CTRIA3": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUADR": 4}
+READ = ("GRID", "GRDSET", *CORNERS)
 # Cards replaced by the section of the study, and cards of an analysis
 IGNORED = ("PSHELL", "PCOMP", "PCOMPG", "MAT1", "MAT2", "MAT8", "PARAM", "EIGRL", "EIGR")
 SYSTEMS = tuple(f"CORD{number}{kind}" for number in "12" for kind in "RCS")
@@ -120,7 +121,7 @@ def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -
     told: set[str] = set()
     for line, name, fields in _cards(path, faults):
         try:
-            if name in ("GRID", "GRDSET", *CORNERS):
+            if name in READ:
                 deck.read(name, fields + 16 * [""])
             elif name in {*IGNORED, *SYSTEMS, *ignored} and not PLACING_CARDS.match(name):
                 deck.skip(name, fields + 16 * [""])
@@ -158,6 +159,8 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
         raise ValueError(f"{path}:{line}: must be text; it has a byte 0x00, as of a binary file")
     # comments may be in any encoding
     lines = [raw.split("$")[0].rstrip().expandtabs(8) for raw in lines_of(data.decode("latin-1"))]
+    if next(filter(None, lines), "").startswith("*"):
+        raise ValueError(f"{path}: must be Nastran bulk data; it begins like an input of Abaqus")
     control = next((k for k, text in enumerate(lines) if text.upper().split() == BULK), 0)
     for number, text in enumerate(lines, 1):
         words = text.upper().split()
@@ -167,14 +170,19 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
             break
         if words == BULK:
             continue
-        head, fields = _fields(text)
+        head, fields, surplus = _fields(text)
         name = head.rstrip("*").strip().upper()
-        if name in ("", "+") or head.startswith(("+", "*")):
+        is_continuation = name in ("", "+") or head.startswith(("+", "*"))
+        card = pending[1] if pending is not None and is_continuation else name
+        if surplus and card in READ:
+            message = f"{card}: '{surplus}' follows the eighth field of a line"
+            faults.append(f"{path}:{number}: {message}; allowed is a mark of continuation")
+        if is_continuation:
             if pending is None:
                 faults.append(f"{path}:{number}: a continuation without a card")
             elif len(pending[2]) <= MOST_FIELDS:
                 pending[2].extend(fields)
-            elif pending[1] in ("GRID", "GRDSET", *CORNERS):
+            elif pending[1] in READ:
                 faults.append(f"{path}:{number}: a card has more than {MOST_FIELDS} fields")
                 break
             continue
@@ -186,15 +194,19 @@ def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]
         yield pending
 
 
-def _fields(text: str) -> tuple[str, list[str]]:
-    """Return the name of a card and its fields, without the continuation mark at the end."""
+def _fields(text: str) -> tuple[str, list[str], str]:
+    """Return the name of a card, its fields, and what follows them but for a continuation mark."""
     if "," in text:
         # fields 2 to 9; the tenth marks a continuation
         head, *fields = (field.strip() for field in text.split(","))
-        return head, fields[: 4 if "*" in head else 8]
+        width = 4 if "*" in head else 8
+        mark, *surplus = [*fields[width:], ""]
+        if not re.fullmatch(r"([+*A-Za-z].*)?", mark):
+            surplus = [mark, *surplus]
+        return head, fields[:width], ", ".join(filter(None, surplus))
     head, body = text[:8].strip(), text[8:72]
     width = 16 if "*" in head else 8
-    return head, [body[k : k + width].strip() for k in range(0, 64, width)]
+    return head, [body[k : k + width].strip() for k in range(0, 64, width)], ""
 
 
 def _integer(text: str) -> int:

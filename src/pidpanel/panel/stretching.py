@@ -15,7 +15,6 @@ Chia, Nonlinear Analysis of Plates, McGraw-Hill 1980, ch. 1 and 2.
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,7 +22,7 @@ import scipy.sparse.linalg as spla
 from skfem import CellBasis, ElementQuad2, ElementTriP2, ElementVector
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.matrices import StoredPlate, Stretching
+from pidpanel.panel.matrices import Stretching
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.plate import LOAD_ORDER, AssembledPlate, at_points, facet_numbers
 from pidpanel.panel.section import SandwichSection, Section
@@ -169,15 +168,3 @@ def panel_stretching(
     vectors = shapes.vectors[:, modes]
     slopes = np.stack([slope @ vectors for slope in plate.slope_at_quadrature])
     return Stretching(modes, membrane_tensor(basis, extensional, slopes, free))
-
-
-def stretched_plate(
-    mesh: PanelMesh,
-    plate: AssembledPlate,
-    shapes: Shapes,
-    lowest_frequency: float,
-    held: Supports | None,
-) -> StoredPlate:
-    """Return a plate with its shapes and what `panel_stretching` has of them."""
-    stretching = panel_stretching(mesh, plate, shapes, lowest_frequency, held)
-    return replace(plate.with_shapes(shapes.vectors), stretching=stretching)

@@ -83,6 +83,8 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
     if study.measurements:
         measured = ("measured", "differences")
         names["measurement"] = {name: f"measurement/{name}.csv" for name in measured}
+        if any(measurement.drive for measurement in study.measurements.values()):
+            names["measurement"]["hammer"] = "measurement/hammer.nc"
     names["report"] = {"page": "report.html", "figures": "report"}
     return {
         stage: Files({key: [results / name] for key, name in files.items()})

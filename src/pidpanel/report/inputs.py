@@ -86,6 +86,7 @@ class MeasurementResults(NamedTuple):
 
     measured: pd.DataFrame  # ``measurement/measured.csv``
     differences: pd.DataFrame  # ``measurement/differences.csv``
+    hammer: xr.Dataset | None = None  # ``measurement/hammer.nc``
 
 
 class BaseResults(NamedTuple):
@@ -147,7 +148,14 @@ ERROR_COLUMNS = ("acceleration_rms_error_g", "reduction_error_db", "damping_read
 
 def read_by_point(path: Path) -> pd.DataFrame:
     """Read a table whose names are names, even where they look like numbers."""
-    names = ("measurement", "scenario", "patch", "point", "doubts")  # of no row, doubts are no text
+    names = (
+        "measurement",
+        "scenario",
+        "patch",
+        "point",
+        "drive",
+        "doubts",
+    )  # of no row, doubts are no text
     return read_csv(path, dtype=dict.fromkeys(names, str))
 
 
@@ -194,7 +202,9 @@ def read_severity(folder: Path, stated: Severity) -> SeverityResults:
 
 def read_measurements(folder: Path) -> MeasurementResults:
     """Read what the measurement stage left."""
-    return MeasurementResults(**_tables(folder, "measured", "differences"))
+    tables, hammer = _tables(folder, "measured", "differences"), folder / "hammer.nc"
+    is_hit = (tables["differences"]["excitation"] == "hammer").any()
+    return MeasurementResults(**tables, hammer=read_netcdf(hammer) if is_hit else None)
 
 
 def read_damping(damper: str, folder: Path) -> DampingResults:

@@ -14,9 +14,12 @@ from pidpanel.report.inputs import BaseResults, MeasurementResults
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import records, with_error
 
-PSD, RATIO = "psd_g2_hz", "transmissibility"  # ends of the columns of either quantity
+# Ends of the columns of each quantity
+PSD, RATIO, ACCELERANCE = "psd_g2_hz", "transmissibility", "accelerance_1_kg"
 
-Curves = Mapping[str, xr.Dataset | None]  # computed curves by excitation, ``sound`` and ``base``
+Curves = Mapping[
+    str, xr.Dataset | None
+]  # computed curves by excitation, ``sound``, ``base`` and ``hammer``
 
 
 def curves_of(base: BaseResults | None) -> xr.Dataset | None:
@@ -45,8 +48,8 @@ def measurement_section(
 
 
 def _either(row: Mapping[str, float]) -> dict[str, float]:
-    """Return the measured and the computed value of a band, PSD or transmissibility."""
-    end = PSD if np.isfinite(row[f"measured_{PSD}"]) else RATIO
+    """Return the measured and the computed value of a band, PSD or ratio."""
+    end = next(end for end in (PSD, RATIO, ACCELERANCE) if np.isfinite(row[f"measured_{end}"]))
     return {kind: row[f"{kind}_{end}"] for kind in ("measured", "computed")}
 
 
@@ -100,13 +103,16 @@ def _picture(
     first = rows.iloc[0]
     column, unit = "acceleration_psd_g2_hz", PSD_UNIT
     if not is_psd:
-        column, unit = RATIO, "transmissibility, –"
+        is_hit = first["excitation"] == "hammer"
+        column, unit = (
+            (ACCELERANCE, "accelerance, 1/kg") if is_hit else (RATIO, "transmissibility, –")
+        )
     computed, drawn = curves[first["excitation"]], []
     if computed is None:
         raise ValueError(f"{first['measurement']}: no computed curves")
     frequency = computed["frequency"].to_numpy()
     test = np.interp(frequency, lines["frequency_hz"], lines[column], left=np.nan, right=np.nan)
-    places = rows[["scenario", "point"]].drop_duplicates()
+    places = rows[["scenario", "point", "drive"]].drop_duplicates()
     for colour, place in zip(style.PLACES, records(places), strict=False):
         case = computed_psd(computed, place, over_base=not is_psd)
         if case is None:

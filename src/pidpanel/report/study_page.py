@@ -127,6 +127,7 @@ def _sections(inputs: Inputs) -> list[PageSection]:
     layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
     if inputs.measurements is not None:
         curves = {"sound": inputs.psd, "base": curves_of(inputs.base)}
+        curves["hammer"] = inputs.measurements.hammer
         sections.append(measurement_section(inputs.measurements, curves, {**layouts, **names}))
     if inputs.base is not None:
         sections.append(
@@ -166,7 +167,7 @@ def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, points))
     if inputs.measurements is not None:
-        computed = {"base": curves_of(base)}
+        computed = {"base": curves_of(base), "hammer": inputs.measurements.hammer}
         sections.insert(0, measurement_section(inputs.measurements, computed, names))
     return Page(
         title=study.title or study.name,

@@ -37,10 +37,10 @@ class Excitation(Protocol):
 
 @runtime_checkable
 class AirOfShapes(Protocol):
-    """The air on a panel, known also among some of its shapes."""
+    """The air on a panel, known also of some of its shapes."""
 
-    def among(self, frequency: Array, shapes: Index) -> Complexes:
-        """Return −ω²M_air + iωR (nf, k, k) [N/m] of shapes (k,) at the frequencies (nf,) [Hz]."""
+    def columns(self, frequency: Array, shapes: Index) -> Complexes:
+        """Return columns of −ω²M_air + iωR (nf, n, k) [N/m] of shapes at frequencies (nf,) [Hz]."""
 
 
 @dataclass(frozen=True)

@@ -52,10 +52,11 @@ LINES_AT_ONCE = 32
 # Three times as much is not faster.
 CHUNK_BYTES = 20e6
 
-# Highest natural frequency of the shapes that the air couples, over that of lines solved together:
-# the others, which it barely moves, are as in vacuum. On the panel of `pidpanel new`, bare and with
-# dampers, g rms is then within 0.01 % (0.05 % with 3, 0.004 % with 6), rms curvature within 0.15 %.
-SHAPES_IN_AIR = 5.0
+# Highest natural frequency of the shapes that the air couples with each other, over that of lines
+# solved together, and their least number. Those above, which it barely moves, are coupled with them
+# but not with each other. On the panel of `pidpanel new`, bare and with dampers, g rms is within
+# 2e-5 and rms curvature and shear within 1e-4, on that of `wing.yaml` within 7e-5 and 3e-4.
+SHAPES_IN_AIR, LEAST_IN_AIR = 4.0, 40
 
 LEAST_LINES = 8  # lines solved together at least: a table of G is read whole for them
 
@@ -88,10 +89,10 @@ class BarePanel:
 
 
 class CoupledShapes(NamedTuple):
-    """The shapes that the air couples on some lines, and −ω²M_air + iωR among them."""
+    """The shapes that the air couples on some lines, and their columns of −ω²M_air + iωR."""
 
     shapes: Index  # (k,)
-    stiffness: Matrices  # (nf, k, k), or (1, k, k) where all are equal [N/m]
+    columns: Matrices  # (nf, n, k), or (1, n, k) where all are equal [N/m]
 
 
 def coupled_shapes(
@@ -100,11 +101,13 @@ def coupled_shapes(
     """Return the shapes that the air couples on lines solved together; None in vacuum."""
     if air is None:
         return None
-    shapes = np.flatnonzero(basis.natural_frequency <= SHAPES_IN_AIR * frequency[-1])
+    natural = basis.natural_frequency
+    least = np.sort(natural)[min(LEAST_IN_AIR, natural.size) - 1]
+    shapes = np.flatnonzero(natural <= max(SHAPES_IN_AIR * frequency[-1], least))
     if isinstance(air, AirOfShapes):
-        return CoupledShapes(shapes, air.among(frequency, shapes))
-    matrices = matrices_at(air, frequency, slice(None), basis.natural_frequency.size)
-    return CoupledShapes(shapes, matrices[:, shapes[:, None], shapes])
+        return CoupledShapes(shapes, air.columns(frequency, shapes))
+    matrices = matrices_at(air, frequency, slice(None), natural.size)
+    return CoupledShapes(shapes, matrices[:, :, shapes])
 
 
 class MovedPanel:
@@ -125,21 +128,24 @@ class MovedPanel:
         air: CoupledShapes | None,
         sets: Sequence[Array | None],
     ) -> None:
-        self._sets, self._air = sets, air
+        self._sets, self._is_wet = sets, air is not None
         self._motions: dict[int, Complexes] = {}
         # (nf, n, 1) of the panel in vacuum
         self.transfer = 1 / basis.dynamic_stiffness(frequency)[:, :, None]
         if air is None:
             return
-        soft, count = air.shapes, air.shapes.size
-        stiffness = np.zeros((len(frequency), count, count), complex)
-        stiffness[:, range(count), range(count)] = 1 / self.transfer[:, soft, 0]
-        stiffness += air.stiffness
-        right = [np.eye(count) if part is None else part[soft] for part in sets]
-        solved = np.linalg.solve(stiffness, np.concatenate(right, axis=1)[None])
-        # Z₀⁻¹ X among the soft shapes
-        ends = np.cumsum([part.shape[1] for part in right])[:-1]
-        self._soft = np.split(solved, ends, axis=2)
+        self._soft, count = air.shapes, air.shapes.size
+        self._stiff = np.setdiff1d(np.arange(basis.natural_frequency.size), air.shapes)
+        self._across = np.asarray(air.columns[:, self._stiff])
+        among = np.zeros((len(frequency), count, count), complex)
+        among[:, range(count), range(count)] = 1 / self.transfer[:, self._soft, 0]
+        among += self._pushed(air.columns)
+        unit = np.broadcast_to(np.eye(count), among.shape)
+        right = [unit if part is None else self._pushed(part[None]) for part in sets]
+        solved = np.linalg.solve(among, np.concatenate(right, axis=2))
+        # Z₀⁻¹ X among the soft shapes, of the shapes themselves the inverse
+        ends = np.cumsum([part.shape[2] for part in right])[:-1]
+        self._solved = np.split(solved, ends, axis=2)
 
     def motion(self, part: int) -> Complexes:
         """Return Z₀⁻¹ X (nf, n, k) of a set."""
@@ -147,10 +153,10 @@ class MovedPanel:
             columns = self._sets[part]
             if columns is None:
                 self._motions[part] = self._moved(part, np.eye(self.transfer.shape[1])[None])
-                return self._motions[part]
-            self._motions[part] = self.transfer * columns
-            if self._air is not None:
-                self._motions[part][:, self._air.shapes] = self._soft[part]
+            elif self._is_wet:
+                self._motions[part] = self._followed(columns[None], self._solved[part])
+            else:
+                self._motions[part] = self.transfer * columns
         return self._motions[part]
 
     def receptances(self, pulled: int, observed: Sequence[int]) -> list[Complexes]:
@@ -177,16 +183,27 @@ class MovedPanel:
         columns = self._sets[part]
         if columns is None:
             return self._moved(part, force)
-        if self._air is not None:
+        if self._is_wet:
             return mixed_product(self.motion(part).swapaxes(1, 2), force)
         return mixed_product(columns.T, self.transfer * force)
 
     def _moved(self, shapes: int, force: Matrices) -> Complexes:
         """Return Z₀⁻¹ F (nf, n, r); ``shapes`` is the number of their set."""
-        moved = self.transfer * force
-        if self._air is not None:
-            soft = self._air.shapes
-            moved[:, soft] = mixed_product(self._soft[shapes], force[:, soft])
+        if not self._is_wet:
+            return np.asarray(self.transfer * force)
+        return self._followed(force, self._solved[shapes] @ self._pushed(force))
+
+    def _pushed(self, force: Matrices) -> Complexes:
+        """Return forces on the soft shapes, with those of the air that stiff ones push."""
+        moved = self.transfer[:, self._stiff] * force[:, self._stiff]
+        return np.asarray(force[:, self._soft] - self._across.swapaxes(1, 2) @ moved)
+
+    def _followed(self, force: Matrices, soft: Complexes) -> Complexes:
+        """Return motions with those of stiff shapes that the soft ones push through the air."""
+        moved = np.empty((len(soft), self.transfer.shape[1], soft.shape[2]), complex)
+        moved[:, self._soft] = soft
+        pushed = force[:, self._stiff] - self._across @ soft
+        moved[:, self._stiff] = self.transfer[:, self._stiff] * pushed
         return moved
 
 
@@ -299,14 +316,21 @@ def panel_in_shapes(
     rows, lines = motion_at_points.reshape(-1, n), slice(None)
     transfer = 1 / basis.dynamic_stiffness(frequency)
     force = matrices_at(modal_force, frequency, lines, n)
-    felt_psd = transfer[:, :, None] * (spectrum[:, None, None] * force) * transfer[:, None].conj()
+    force = spectrum[:, None, None] * force
+    felt_psd = transfer[:, :, None] * force * transfer[:, None].conj()
     across_psd = mixed_product(rows, felt_psd)
     among = mixed_product(across_psd, rows.T)
     air = air_at(air_stiffness, frequency, lines, n)
     return BarePanel(
         frequency,
         shape_coordinates(weight),
-        Receptances(transfer, rows * transfer[:, None], felt_psd, across_psd),
+        Receptances(
+            transfer,
+            rows * transfer[:, None],
+            felt_psd,
+            across_psd,
+            force if np.isrealobj(force) else None,
+        ),
         _by_point(among, n_points, m),
         None if air is None else np.asarray(np.broadcast_to(air, felt_psd.shape), complex),
     )

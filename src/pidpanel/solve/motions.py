@@ -239,7 +239,9 @@ class ShapeMotions(Motions):
             excitation.spectrum(frequency), of_shapes(excitation),
             None if air is None else of_shapes(air),
         )  # fmt: skip
+        force = part.receptances.force
         size = part.receptances.felt_psd.nbytes + part.coordinates.weight.nbytes
+        size += 0 if force is None else force.nbytes
         size += 0 if part.air is None else part.air.nbytes
         if len(self._lines()) * size <= self._kept_bytes:
             self._kept[lines.start] = part

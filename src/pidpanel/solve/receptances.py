@@ -57,11 +57,18 @@ class Receptances:
     # (nf, r, r) S_uu and (nf, nw, r) S_wu
     felt_psd: Complexes = field(default_factory=lambda: NONE)
     across_psd: Complexes = field(default_factory=lambda: NONE)
+    # (nf, r, r) the real S_p G where u are the shapes: S'_uu = R'_uu S_p G R'_uuᴴ costs less
+    force: Matrices | None = None
 
     def on_lines(self, lines: slice) -> Receptances:
         """Return the same on some lines."""
-        parts = self.felt, self.across, self.felt_psd, self.across_psd
-        return Receptances(*(part if part is NONE else part[lines] for part in parts))
+
+        def part(values: Complexes) -> Complexes:
+            return values if values is NONE else values[lines]
+
+        across, felt_psd, across_psd = map(part, (self.across, self.felt_psd, self.across_psd))
+        force = None if self.force is None else self.force[lines]
+        return Receptances(self.felt[lines], across, felt_psd, across_psd, force)
 
     def solution(self, pull: Matrices, *, again: bool = False) -> Callable[[Complexes], Complexes]:
         """Return what solves with I + R_uu S, factorised once where it is called again."""
@@ -96,6 +103,10 @@ class Receptances:
     def felt_psd_with(self, pull: Matrices) -> Array:
         """Return Re S'_uu."""
         follows = self._follows(pull)
+        if self.force is not None:
+            receptance = times(follows, self.felt)  # symmetric
+            real, imaginary = receptance.real.copy(), receptance.imag.copy()
+            return np.asarray(real @ (self.force @ real) + imaginary @ (self.force @ imaginary))
         left, right = follows @ self.felt_psd, follows.conj().swapaxes(1, 2)
         return np.asarray(left.real @ right.real - left.imag @ right.imag)
 

@@ -90,10 +90,10 @@ class Air:
 
     def __call__(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""
-        return self.among(frequency, None)
+        return self.columns(frequency, None)
 
-    def among(self, frequency: Array, shapes: Index | None) -> Complexes:
-        """Return the same of some shapes (k,), (nf, k, k); None for all."""
+    def columns(self, frequency: Array, shapes: Index | None) -> Complexes:
+        """Return the columns of some shapes, (nf, n, k); None for all."""
         k = wavenumber(frequency, self.speed_of_sound)
         omega = 2 * np.pi * frequency[:, None, None]
         mass = -(omega**2) * self.wetted_sides * self.density

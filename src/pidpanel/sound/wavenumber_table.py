@@ -76,7 +76,7 @@ class WavenumberTable:
         return reach / self.wavenumber_max
 
     def matrix(self, wavenumber: ArrayLike, shapes: Index | None = None) -> Array | Complexes:
-        """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n), or of shapes (k,) alone.
+        """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n), or columns (nf, n, k).
 
         Raises
         ------
@@ -85,7 +85,7 @@ class WavenumberTable:
         """
         k = self._checked(wavenumber)
         weights = self._weights(k)
-        block = ... if shapes is None else (..., shapes[:, None], shapes)
+        block = ... if shapes is None else (..., shapes)
         even: Array = np.tensordot(weights, self.even[block], axes=1)
         if self.odd_over_wavenumber is None:
             return even

@@ -23,7 +23,7 @@ class RandomMotion(SectionModel):
     """A random acceleration of the supports."""
 
     spectrum: Annotated[Path, file_in(DATA / "base")]
-    """CSV table of break points, relative to the study or from pidpanel: ``frequency_hz``,
+    """Table of break points, relative to the study or from pidpanel: ``frequency_hz``,
     ``acceleration_psd_g2_hz`` and optionally ``slope_db_octave`` from a row to the next."""
     overall_g: GRms | None = None
     """Overall acceleration that the table is meant to have [g rms]; checked within 3 %."""

@@ -4,13 +4,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from pidpanel.geometry.cells import SHAPES
-from pidpanel.study.dampers import BedDamper, DamperSection
+from pidpanel.study.dampers import BedDamper
 from pidpanel.study.section import (
     SandwichSectionInput,
     SolidSectionInput,
     ThinSectionInput,
     core_cell_width_mm,
 )
+from pidpanel.study.stated_dampers import DamperSection
 
 SAME = 0.01  # relative difference of sizes up to which cells are the same
 

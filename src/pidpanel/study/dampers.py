@@ -5,103 +5,37 @@ A class for each kind of damper. `pidpanel.damping.from_study` makes the damper 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
-from functools import cached_property
-from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Tag
 
-from pidpanel.columns import ColumnsError, read_rows
-from pidpanel.constants import ATLAS, MOST_LOSS_FACTOR, MOST_OF_MASS
-from pidpanel.paths import DATA
-from pidpanel.study.base import SectionModel, file_in
+from pidpanel.constants import ATLAS
 from pidpanel.study.choice import TAG
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import Level
 from pidpanel.study.mistakes import Keys, Mistake, Mistakes, not_among
-from pidpanel.study.quantity import Quantity
+from pidpanel.study.stated_dampers import (
+    ConstantSection,
+    DamperSection,
+    ImpedanceDamper,
+    LawDamper,
+    LossFactorDamper,
+    ModelText,
+    TableDamper,
+)
 
-Law = Literal["paper_corrected", "paper_printed"]
-Interpolation = Literal["log", "linear"]
 ModelName = Literal["coupled", "atlas", "tones"]
 Prior = Literal["closed_form", "atlas"]
-EquivalentDamping = Annotated[float, Quantity(0, 1e8)]  # C_e [N s/m³]
-ApparentMass = Annotated[float, Quantity(0, 1000, unit="mass_per_area")]  # m_a [kg/m²]
-MassPerArea = Annotated[float, Quantity(1e-3, 1000, unit="mass_per_area")]  # m″ [kg/m²]
-# η; what is above is taken for percent.
-LossFactor = Annotated[float, Quantity(0, MOST_LOSS_FACTOR, unit="percent")]
-WeighsAs = Literal["particles"]  # what m_a is: the mass of the particles
 
 COUPLED: ModelName = "coupled"  # damping from panel and particles in one time integration
 TONES: ModelName = "tones"  # damping from simulated single tones
-
-
-class ModelText(NamedTuple):
-    """What pages and tables call a damping model, and its rank: the lowest answers first."""
-
-    title: str
-    source: str
-    rank: int
-
 
 BEDS: Mapping[ModelName, ModelText] = {
     COUPLED: ModelText("Panel and particles together", "coupled runs of this study", 0),
     TONES: ModelText("Single tones", "simulated coupons under single tones", 2),
     "atlas": ModelText("Atlas of particle beds", "atlas of particle beds", 3),
 }
-LAWS: Mapping[Law, ModelText] = {
-    "paper_corrected": ModelText("The paper's law, corrected", "law of the paper, corrected", 4),
-    "paper_printed": ModelText("The paper's law, as printed", "law of the paper as printed", 5),
-}
-
-
-class DamperSection(SectionModel):
-    """What all kinds of dampers have."""
-
-    kind: ClassVar[str] = ""  # the key that makes it what it is
-
-    like: str | None = None
-    """Another damper of the section: its keys are those of this one, except for what is stated
-    here. A damper of another kind is then another damping model of the same particles."""
-
-    @property
-    def text(self) -> ModelText:
-        """Title and source of its damping model."""
-        return ModelText("Constants", "constants", 1)
-
-    @property
-    def needs_fill(self) -> bool:
-        """Whether its damping depends on the fill of the patch."""
-        return False
-
-    @property
-    def states_error(self) -> bool:
-        """Whether it comes with an error of its damping."""
-        return True
-
-    @property
-    def is_massless(self) -> bool:
-        """Whether particles of a stated mass act without any."""
-        return False
-
-    @property
-    def bed(self) -> Any:
-        """What it is apart from its damping model; None for a model of any particles."""
-        return self.model_dump()
-
-    def largest_mass_per_area(self, frequency: float) -> float:
-        """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
-
-        A dashpot is replaced by the mass of equal inertia, C_e/ω, at the highest frequency of the
-        response [Hz].
-        """
-        return 0.0
-
-    def mass_of_rows(self, fill_fraction: float | None) -> float:
-        """Return the largest m_a in the rows of its table about a fill [kg/m²]; 0 without any."""
-        return 0.0
 
 
 class BedDamper(DamperSection, Coupon):
@@ -159,234 +93,6 @@ class BedDamper(DamperSection, Coupon):
         return self.bed_mass_per_area
 
 
-class LawDamper(DamperSection):
-    """A law of the paper; without mass."""
-
-    kind = "law"
-
-    law: Law
-    """``paper_corrected``, or as printed, which has no steady response."""
-
-    @property
-    def text(self) -> ModelText:
-        """Title and source of its damping model."""
-        return LAWS[self.law]
-
-    @property
-    def needs_fill(self) -> bool:
-        """Whether its damping depends on the fill of the patch."""
-        return True
-
-    @property
-    def states_error(self) -> bool:
-        """Whether it comes with an error of its damping."""
-        return False
-
-    @property
-    def bed(self) -> None:
-        """None: the law is for any particles."""
-
-
-class _FileDamper(DamperSection):
-    """A damper of a CSV table."""
-
-    interpolation: Interpolation | None = None
-    """Between the rows of the table: log (by default) or linear."""
-
-    @property
-    def text(self) -> ModelText:
-        """Title and source of its damping model."""
-        return ModelText("Table", "table", 1)
-
-    @property
-    def file(self) -> Path:
-        """Its table."""
-        raise NotImplementedError
-
-    @cached_property
-    def rows(self) -> list[dict[str, float]]:
-        """Rows of its table; none where it cannot be read, which is reported elsewhere."""
-        try:
-            table = read_rows(self.file)
-            cells = (map(float, row) for _, row in table.rows)
-            return [dict(zip(table.header, row, strict=True)) for row in cells]
-        except (ColumnsError, ValueError):
-            return []
-
-    @property
-    def columns(self) -> set[str]:
-        """Names of the columns of its table."""
-        return set(self.rows[0]) if self.rows else set()
-
-    @property
-    def needs_fill(self) -> bool:
-        """Whether its damping depends on the fill of the patch."""
-        return "fill_fraction" in self.columns
-
-    @property
-    def states_error(self) -> bool:
-        """Whether it comes with an error of its damping."""
-        return any("error" in column for column in self.columns)
-
-    @property
-    def is_massless(self) -> bool:
-        """Whether particles of a stated mass act without any."""
-        return is_massless(self.columns)
-
-    def mass_of_rows(self, fill_fraction: float | None) -> float:
-        """Return the largest m_a of the rows on both sides of a fill [kg/m²]."""
-        rows, fills = self.rows, sorted({row.get("fill_fraction", 1.0) for row in self.rows})
-        if self.needs_fill and fill_fraction is not None:
-            low = max((fill for fill in fills if fill <= fill_fraction), default=fills[0])
-            high = min((fill for fill in fills if fill >= fill_fraction), default=fills[-1])
-            rows = [row for row in rows if low <= row["fill_fraction"] <= high]
-        return max((max(self._masses(row)) for row in rows), default=0.0)
-
-    def _masses(self, row: Mapping[str, float]) -> Iterator[float]:
-        yield row.get("apparent_mass_kg_m2", 0.0)
-        if row.get("frequency_hz"):
-            yield row.get("impedance_imag_n_s_m3", 0.0) / (2 * math.pi * row["frequency_hz"])
-
-
-class TableDamper(_FileDamper):
-    """Measured or assumed damping in a table."""
-
-    kind = "table"
-
-    table: Annotated[Path, file_in(DATA / "damping")]
-    """CSV table of C_e or η over fill fraction, frequency and amplitude."""
-    apparent_mass: WeighsAs | None = None
-    """``particles``: m_a is the mass of the particles, where the damping was measured without it:
-    a table without a column ``apparent_mass_kg_m2``."""
-
-    @property
-    def file(self) -> Path:
-        """Its table."""
-        return self.table
-
-    @property
-    def is_massless(self) -> bool:
-        """Whether particles of a stated mass act without any."""
-        return self.apparent_mass is None and super().is_massless
-
-    def _masses(self, row: Mapping[str, float]) -> Iterator[float]:
-        yield from super()._masses(row)
-        if self.apparent_mass is not None:
-            yield row.get("particle_mass_per_area_kg_m2", 0.0)
-
-
-class ImpedanceDamper(_FileDamper):
-    """A measured impedance."""
-
-    kind = "impedance"
-
-    impedance: Annotated[Path, file_in(DATA / "damping")]
-    """CSV table of the impedance per area Z = C_e + iω m_a over frequency, for every fill fraction
-    and amplitude."""
-
-    @property
-    def file(self) -> Path:
-        """Its table."""
-        return self.impedance
-
-
-class _StatedDamper(DamperSection):
-    """The same damping at every frequency, fill fraction and amplitude."""
-
-    apparent_mass_kg_m2: ApparentMass | None = None
-    """m_a at every frequency, fill fraction and amplitude [kg/m²]; 0 by default."""
-    apparent_mass: WeighsAs | None = None
-    """``particles``: m_a is the mass of the particles, where the damping was measured without
-    it."""
-    apparent_mass_error_kg_m2: ApparentMass | None = None
-    """Its standard error [kg/m²]."""
-
-    # name of the value, and of its error, which is carried relative to it
-    error: ClassVar[str] = ""
-
-    @property
-    def weight(self) -> float | None:
-        """Mass of the particles per area [kg/m²]."""
-        weight: float | None = getattr(self, "particle_mass_per_area_kg_m2", None)
-        return weight
-
-    @property
-    def states_error(self) -> bool:
-        """Whether it comes with an error of its damping; dead weight has none to state.
-
-        Examples
-        --------
-        >>> ConstantSection(equivalent_damping_n_s_m3=0, apparent_mass_kg_m2=3).states_error
-        True
-        """
-        return getattr(self, self.kind) == 0 or bool(getattr(self, self.error))
-
-    @property
-    def is_massless(self) -> bool:
-        """Whether particles of a stated mass act without any."""
-        has_mass = self.apparent_mass is not None or self.apparent_mass_kg_m2 is not None
-        return self.weight is not None and not has_mass
-
-    def mistakes(self) -> Iterator[Mistake]:
-        if getattr(self, self.error) and getattr(self, self.kind) == 0:
-            yield Mistake((self.error,), f"must be 0 where {self.kind} is 0, as it is relative")
-        if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
-            yield Mistake(("apparent_mass_error_kg_m2",), "only allowed with apparent_mass_kg_m2")
-        if self.apparent_mass is not None:
-            if self.apparent_mass_kg_m2 is not None:
-                yield Mistake(("apparent_mass",), "not allowed with apparent_mass_kg_m2")
-            if self.weight is None:
-                yield Mistake(("apparent_mass",), "requires particle_mass_per_area_kg_m2")
-        elif MOST_OF_MASS * (self.weight or math.inf) < (self.apparent_mass_kg_m2 or 0.0):
-            message = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
-            yield Mistake(("apparent_mass_kg_m2",), f"{message}{self.weight:g}; in g/m²?")
-
-    def largest_mass_per_area(self, frequency: float) -> float:
-        """Return m_a, the mass, or that of the inertia of C_e at a frequency [Hz] [kg/m²]."""
-        return max(self.apparent_mass_kg_m2 or 0.0, self.weight or 0.0)
-
-
-class ConstantSection(_StatedDamper):
-    """Constant C_e; 0 for dead weight."""
-
-    kind, error = "equivalent_damping_n_s_m3", "equivalent_damping_error_n_s_m3"
-
-    equivalent_damping_n_s_m3: EquivalentDamping
-    """C_e at every frequency, fill fraction and amplitude [N s/m³]; 0 for dead weight."""
-    equivalent_damping_error_n_s_m3: EquivalentDamping | None = None
-    """Its standard error [N s/m³]."""
-    particle_mass_per_area_kg_m2: MassPerArea | None = None
-    """Mass of the damper per area [kg/m²]; by default its apparent mass."""
-
-    def largest_mass_per_area(self, frequency: float) -> float:
-        """Return m_a, the mass, or that of the inertia of C_e at a frequency [Hz] [kg/m²]."""
-        dashpot = self.equivalent_damping_n_s_m3 / (2 * math.pi * frequency)
-        return max(super().largest_mass_per_area(frequency), dashpot)
-
-
-class LossFactorDamper(_StatedDamper):
-    """A constant loss factor."""
-
-    kind, error = "loss_factor", "loss_factor_error"
-
-    loss_factor: LossFactor
-    """η in C_e = η m″ ω, with the mass m″ given by another key; a number, not percent."""
-    loss_factor_error: LossFactor | None = None
-    """Its standard error."""
-    particle_mass_per_area_kg_m2: MassPerArea | None = None
-    """Mass of the damper per area [kg/m²]; by default its apparent mass. Also m″ of the loss
-    factor, unless ``patch_mass_per_area_kg_m2`` is given."""
-    patch_mass_per_area_kg_m2: MassPerArea | None = None
-    """m″ if the loss factor is that of the whole patch, panel and treatment [kg/m²]."""
-
-    def mistakes(self) -> Iterator[Mistake]:
-        yield from super().mistakes()
-        if not (self.weight or self.patch_mass_per_area_kg_m2):
-            message = "missing; required for loss_factor as its mass m″, unless "
-            message += "patch_mass_per_area_kg_m2 (panel and treatment) is given"
-            yield Mistake(("particle_mass_per_area_kg_m2",), message)
-
-
 Stated = LawDamper | TableDamper | ImpedanceDamper | ConstantSection | LossFactorDamper
 STATED = ("law", "table", "impedance", "equivalent_damping_n_s_m3", "loss_factor")
 
@@ -406,12 +112,6 @@ AnyDamper = Annotated[
     | Annotated[LossFactorDamper, Tag(f"{TAG}loss_factor")],
     Discriminator(_kind),
 ]
-
-
-def is_massless(columns: set[str]) -> bool:
-    """Return whether a table has a mass of the particles and no apparent mass."""
-    acts = {"apparent_mass_kg_m2", "impedance_imag_n_s_m3"} & columns
-    return "particle_mass_per_area_kg_m2" in columns and not acts
 
 
 def with_likes(dampers: Mapping[str, Any]) -> dict[str, Any]:

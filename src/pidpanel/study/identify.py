@@ -11,10 +11,10 @@ from pydantic import BeforeValidator
 from pidpanel.study.base import Fill, RelativeError, SectionModel, Text, file_in
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import mistakes_of_name
-from pidpanel.study.dampers import MassPerArea
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.requirements import mistakes_of_coupon, mistakes_of_fill
+from pidpanel.study.stated_dampers import MassPerArea
 from pidpanel.study.sweep import Frequency, Gamma
 
 GIVEN = {"cell", "particles", "gravity_g", "gravity_direction"}  # keys of the coupon

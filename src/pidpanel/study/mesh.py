@@ -13,7 +13,7 @@ from pidpanel.study.base import SectionModel, by_kind, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
 
-MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".fem", ".msh")  # in small or capital letters
+MESH_SUFFIXES = (".bdf", ".dat", ".nas", ".fem", ".inp", ".blk", ".msh")  # in any case
 Count = Annotated[int, whole(2, 5000)]  # of elements along an edge
 # Elements that a mesh may have: its modes take more memory than a machine has.
 MOST_ELEMENTS = 400_000
@@ -62,7 +62,8 @@ class MeshFile(SectionModel):
     kind: Literal["file"]
     """A mesh from a file."""
     file: Annotated[Path, AfterValidator(_check_suffix), file_in()]
-    """Mesh file: .msh (gmsh), or .bdf, .dat, .nas or .fem (Nastran bulk data)."""
+    """Mesh file: .msh (gmsh), or .bdf, .dat, .nas, .fem, .inp or .blk (Nastran bulk
+    data)."""
     unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
     """Length unit of the file [m]: 0.001 for millimetres."""
     ignore: tuple[Annotated[str, AfterValidator(_check_ignored_card)], ...] = ()

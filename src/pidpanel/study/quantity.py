@@ -13,7 +13,8 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from pidpanel.columns import NUMBER, Bounds
 from pidpanel.study.mistakes import WORDS
 
-LEADING_ZEROS = re.compile(r"[+-]?0\d")
+# Numbers of YAML 1.2, without leading zeros; and those of other programs that are refused as such.
+NUMERIC = re.compile(rf"(?![+-]?0\d){NUMBER.pattern}|(?i:[+-]?inf|[+-]?infinity|nan)")
 
 
 def level_of(pressure: float) -> float:
@@ -75,13 +76,9 @@ class Quantity(Bounds):
 
     def _check_text(self, value: Any) -> Any:
         """Refuse truth values and texts that are no numbers in YAML 1.2; pydantic converts all."""
-        is_text = isinstance(value, str)
-        if isinstance(value, bool) or (is_text and not is_number(value)):
-            settings = {
-                "kind": "a whole number" if self.whole else "a number",
-                "hint": text_hint(value),
-            }
-            raise PydanticCustomError("number", "must be {kind}{hint}", settings)
+        if isinstance(value, bool) or (isinstance(value, str) and not NUMERIC.fullmatch(value)):
+            words = {"whole": "whole " * self.whole, "hint": text_hint(value)}
+            raise PydanticCustomError("number", "must be a {whole}number{hint}", words)
         return value
 
     def _check_bounds(self, value: float) -> float:
@@ -115,11 +112,6 @@ def whole(low: int, high: int) -> Quantity:
 def inside(low: float, high: float) -> Quantity:
     """Return the bounds of a share or ratio that reaches neither."""
     return Quantity(low, high, low_itself=False, high_itself=False, unit="percent")
-
-
-def is_number(text: str) -> bool:
-    """Return whether a text is a number in YAML 1.2."""
-    return bool(NUMBER.fullmatch(text)) and not LEADING_ZEROS.match(text)
 
 
 def text_hint(value: Any) -> str:

@@ -53,11 +53,11 @@ class Response(SectionModel):
 
 
 class Measurement(SectionModel):
-    """A measured acceleration PSD or transmissibility of a response point."""
+    """A measured acceleration PSD, transmissibility or accelerance of a response point."""
 
     file: Annotated[Path, file_in()]
-    """CSV table with ``frequency_hz`` and ``acceleration_psd_g2_hz`` or ``transmissibility``, or a
-    universal file (data set 58)."""
+    """CSV table with ``frequency_hz`` and ``acceleration_psd_g2_hz``, ``transmissibility`` or
+    ``accelerance_1_kg``, or a universal file (data set 58)."""
     point: Text
     """Response point, by name."""
     scenario: Text | None = None
@@ -71,3 +71,6 @@ class Measurement(SectionModel):
     """Response node of the data set 58 in a universal file that has several."""
     direction: Literal["x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"] | None = None
     """Direction of the response of that data set; without a sign either."""
+    drive: Text | None = None
+    """Response point that a hammer hits; of an acceleration over force, which is compared with the
+    bare panel."""

@@ -19,9 +19,7 @@ from pidpanel.study.dampers import (
     TONES,
     AnyDamper,
     BedDamper,
-    DamperSection,
     ModelName,
-    ModelText,
     with_likes,
     with_models,
 )
@@ -33,6 +31,7 @@ from pidpanel.study.response import Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
 from pidpanel.study.severity import Severity
 from pidpanel.study.sound import SPEED, Sound
+from pidpanel.study.stated_dampers import DamperSection, ModelText
 from pidpanel.study.surroundings import opposite, setting
 
 

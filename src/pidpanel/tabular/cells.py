@@ -26,7 +26,7 @@ RANGE = re.compile(
 HEAD = re.compile(r"[+-]?[\d.,]*\d[\d.,]*", re.ASCII)
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([,.])\d{3}((?:\1\d{3})*)", re.ASCII)
 POWER_OF_TEN = re.compile(r"\s*[x×*·]\s*10\s*(?:\^|\*\*)?\s*\(?([+-]?\d+)\)?")
-SPACED = re.compile(r"(?<=\d)[\u00a0\u2009\u202f ](?=\d{3}(?!\d))")
+SPACED = re.compile(r"(?<=\d)[\u00a0\u2009\u202f](?=\d{3}(?!\d))")  # blanks in thousands
 DECIBELS = re.compile(
     r"(?i)dB ?(SPL|\(?(Z|lin(ear)?)\)?)?,?[ (]*((re\.?|ref\.?|rel\. to)[ :]*"
     r"(20 ?[uµμ]Pa|(2e-0?5|0?\.00002|20e-0?6) ?Pa))?\)?"
@@ -121,8 +121,8 @@ def value_of(cell: str, label: Label, factor: float = 1.0) -> float:
     stated = QUANTITY.fullmatch(cell)
     if stated is None or not label.unit:
         return np.nan
-    own = label.factor(stated[4].strip())
-    return np.nan if own is None else own * float(stated[1])
+    scale = label.factor(stated[4].strip())
+    return np.nan if scale is None else scale * float(stated[1])
 
 
 def _parts(header: str) -> Iterator[tuple[str, str]]:

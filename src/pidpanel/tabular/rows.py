@@ -16,10 +16,12 @@ from pidpanel.text_files import TextFileError, lines_of
 
 Row = tuple[int, list[str]]  # number and cells of a line
 
-COMMENT = re.compile(r"\s*([#%!]|//|sep=.$)")
+# Lines of comments and, behind values, the blanks before one
+COMMENT = re.compile(r"\s*(#|[%!](?!\W*\d)|//|sep=.$)")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", "|": "bars", " ": "blanks", ",": ""}
 # The beginning of a row with the level of the whole table
 OVERALL = re.compile(r"(?i)(oa\b|oa ?spl|over.?all|total|sum|gesamt|g?rms|all\b|lin(ear)?\b|Σ)")
+csv.register_dialect("spreadsheet", strict=True, skipinitialspace=True)
 BEGINNING = re.compile(r"[\"\s|]*[+−-]?[.,]?\d")  # of a line or a cell with a number
 WORD = re.compile(r"[+-]?\d+(,\d*)?([eE][+-]?\d+)?", re.ASCII)
 
@@ -88,11 +90,11 @@ def rows_of(
             columns.append(column_of(title, labels))
         except UnitError as error:
             raise TextFileError(f"column {title!r}: {error}", line) from None
-    kept = []
+    columns_used = []
     for k, (title, (name, factor)) in enumerate(zip(titles, columns, strict=True)):
         cells = [row[k] for _, row in rows if k < len(row) and row[k]]
         if not labels or name or any(map(is_value, cells)) or (title and not cells):
-            kept += [k] if title or cells else []
+            columns_used += [k] if title or cells else []
         elif title or cells:
             remarks.append(f"column {title!r} left out")
         if name and title != name and (factor != 1 or labels[name].has_name(title)):
@@ -101,14 +103,18 @@ def rows_of(
     return TableRows(
         path,
         sorted(comments),
-        [columns[k][0] or titles[k] for k in kept],
+        [columns[k][0] or titles[k] for k in columns_used],
         line,
         [
-            (number, [row[k] for k in kept if k < len(row)] + [c for c in row[len(titles) :] if c])
+            (
+                number,
+                [row[k] for k in columns_used if k < len(row)]
+                + [c for c in row[len(titles) :] if c],
+            )
             for number, row in rows
         ],
-        [titles[k] for k in kept],
-        [columns[k][1] for k in kept],
+        [titles[k] for k in columns_used],
+        [columns[k][1] for k in columns_used],
         tuple(remarks),
         tuple(overall),
     )
@@ -119,10 +125,14 @@ def _content(text: str) -> tuple[list[tuple[int, str]], list[tuple[int, str]]]:
     comments: list[tuple[int, str]] = []
     lines: list[tuple[int, str]] = []
     for number, content in enumerate(lines_of(text), start=1):
-        mark, values = COMMENT.match(content), content.partition("#")[0]
+        mark, values = COMMENT.match(content), re.split(r"\s#", content, maxsplit=1)[0]
         if mark:
             comments += [] if "sep=" in mark[1] else [(number, content[mark.end() :].strip())]
-        elif lines and re.search(r'(^|[,;|\t])\s*"[^"]*$', lines[-1][1]):
+        elif (
+            lines
+            and not BEGINNING.match(values)
+            and re.search(r'(^|[,;|\t])\s*"[^"]*$', lines[-1][1])
+        ):
             lines[-1] = lines[-1][0], f"{lines[-1][1]} {values}"  # a cell of two lines
         elif values.strip():
             lines.append((number, values))
@@ -147,7 +157,7 @@ def _cells(line: int, content: str, separator: str) -> list[str]:
         wide = re.split(r"\s{2,}", content.strip())
         return wide if len(wide) > 1 else re.split(r"\s+(?![\[(/])", content.strip())
     try:
-        cells = next(csv.reader([content], delimiter=separator, skipinitialspace=True), [])
+        cells = next(csv.reader([content], "spreadsheet", delimiter=separator), [])
     except csv.Error as error:
         raise TextFileError(str(error), line) from None
     return [cell.strip() for cell in cells]
@@ -175,25 +185,42 @@ def _with_titles(
     if not labels:
         return *rows[0], rows[1:]
     end = next((k for k, row in enumerate(rows) if _is_data(row)), len(rows))
-    above = _with_units(rows[:end], labels)
+    titled = _with_units(rows[:end], labels)
     is_column = end < len(rows) and len(rows[end][1]) == 1
-    counts = [_known(cells, labels) if len(cells) > 1 or is_column else 0 for _, cells in above]
-    if any(counts) or (above and (len(above[-1][1]) > 1 or end == len(rows))):
-        place = max(range(len(above)), key=lambda k: (counts[k], k))
-        comments += [(line, " ".join(filter(None, cells))) for line, cells in above[:place]]
-        return *above[place], above[place + 1 :] + rows[end:]
+    counts = [
+        _count_names(cells, labels) if len(cells) > 1 or is_column else 0 for _, cells in titled
+    ]
+    if any(counts) or (titled and (len(titled[-1][1]) > 1 or end == len(rows))):
+        place = max(range(len(titled)), key=lambda k: (counts[k], k))
+        texts, values = _texts(titled[:place])
+        comments += texts
+        return *titled[place], values + titled[place + 1 :] + rows[end:]
     for line, comment in comments[::-1]:  # as NumPy writes a header
         cells = _cells(line, comment, separator)
-        if line < rows[0][0] and _known(cells, labels) == len(rows[end][1]):
+        if line < rows[0][0] and _count_names(cells, labels) == len(rows[end][1]):
             return line, cells, rows[end:]
-    comments += [(line, " ".join(cells)) for line, cells in above]
+    texts, values = _texts(titled)
+    comments += texts
+    rows, end = values + rows[end:], 0
     named = [name for name, label in labels.items() if label.unit][:2]
     if len(named) == len(list(filter(None, rows[end][1]))) == 2:
         return rows[end][0], named, rows[end:]
     return *rows[end], rows[end + 1 :]
 
 
-def _known(cells: Sequence[str], labels: Mapping[str, Label]) -> int:
+def _texts(rows: Sequence[Row]) -> tuple[list[tuple[int, str]], list[Row]]:
+    """Return lines of text as comments, and those that may be values, without a word."""
+    texts, values = [], []
+    for line, cells in rows:
+        text = " ".join(filter(None, cells))
+        if re.search(r"[^\W\d_]{3}", text) or not BEGINNING.match(text):
+            texts.append((line, text))
+        else:
+            values.append((line, cells))
+    return texts, values
+
+
+def _count_names(cells: Sequence[str], labels: Mapping[str, Label]) -> int:
     """Return how many cells name a column."""
     count = 0
     for cell in cells:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from skfem import MeshQuad, MeshTri
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
@@ -47,16 +48,12 @@ def sine_panel(
 
 def disc_mesh(radius: float, refinements: int = 4) -> tuple[Array, Index]:
     """Return vertices (n, 2) [m] and triangles of a disc."""
-    from skfem import MeshTri
-
     mesh = MeshTri.init_circle(refinements)
     return radius * mesh.p.T, mesh.t.T
 
 
 def l_mesh(refinements: int = 3) -> tuple[Array, Index]:
     """Return vertices (n, 2) [m] and triangles of an L of 1 m with arms of 0.5 m."""
-    from skfem import MeshTri
-
     mesh = MeshTri.init_lshaped().refined(refinements)
     return (mesh.p.T + 1) / 2, mesh.t.T
 
@@ -131,8 +128,6 @@ def rectangle_rows(_: Path) -> Iterator[Row]:
         ("load", impedance[0].imag, BY_ELEMENTS.imag),
     ):
         yield row(f"{name} over that by boundary elements", value / reference, 1.0, 64.9)
-    from skfem import MeshQuad
-
     mesh = MeshQuad.init_tensor(np.linspace(0, SIDES[0], 31), np.linspace(0, SIDES[1], 21))
     other = FreePanel.of_jumps(OutlineJumps.of_mesh(mesh.p.T, mesh.t.T, 12.0), 12.0)
     by_torsion = impedances(other, face, np.array([k, 10.0]))[:, 0]

@@ -171,7 +171,8 @@ def _branches(
                 curves = {"sound": everything.get("psd"), "base": shaken.get("psd")}
                 curves["base"] = curves["base"] or shaken.get("sine")
                 output = stages["measurement"]
-                write_measurements(study, curves, output.measured, output.differences)
+                tables = output.measured, output.differences
+                write_measurements(study, curves, *tables, everything, output.get("hammer"))
 
     def optimise() -> None:
         from pidpanel.optimise.from_study import write_proposal
