@@ -1,7 +1,8 @@
 """Does the number of functions of the pressure at free edges change g rms of whole panels?
 
-Ten outlines that are no rectangles, with which no constant of `sound.outline` was set: each is
-computed with the functions of the program and with about twice as many, free in a room and in air,
+Ten outlines that are no rectangles; the bound on the resolution of the points was set on two of them
+(the slender L and the triangle). Each is
+computed with the functions of the program and with about 1.6 times as many, free in a room and in air,
 bare and with a damper, at three points.
 
     python benchmarks/outlines.py [highest frequency, 500 Hz] [names …]
@@ -95,7 +96,7 @@ def g_rms(name: str, highest: float, functions: dict[str, int]) -> tuple[np.ndar
 
 def main(highest: float = 500.0, *names: str) -> int:
     """Print the largest changes of g rms."""
-    print("outline | functions | change of g rms with about twice as many, %")
+    print("outline | functions | change of g rms with about 1.6 times as many, %")
     for name in names or PANELS:
         (values, count), (other, more) = (g_rms(name, highest, f) for f in (FUNCTIONS, MORE))
         change = 100 * (other / values - 1)

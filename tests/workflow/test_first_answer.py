@@ -1,7 +1,6 @@
 """The first answer of `make run`: which studies have one, and what it depends on."""
 
 import pytest
-import yaml
 
 from pidpanel.study import load_study
 from pidpanel.workflow import first_answer
@@ -14,17 +13,9 @@ def test_a_simulated_study_is_answered_from_the_atlas_first(tmp_path):
     path = first_answer.first_study(STUDIES / "paper.yaml", tmp_path)
     study, whole = load_study(path), load_study(STUDIES / "paper.yaml")
     assert not study.coupons and not study.is_coupled
-    assert [d.model for d in study.dampers.values() if d.kind == "particles"] == ["atlas"]
-    assert study.name == "paper_first" and study.scenarios == whole.scenarios
-
-
-def test_settings_of_other_damping_models_do_not_silence_the_first_answer(tmp_path):
-    values = yaml.safe_load((STUDIES / "paper.yaml").read_text())
-    values["damping"] = {"coupled": {"runs": 2}}
-    file = tmp_path / "paper.yaml"
-    file.write_text(yaml.safe_dump(values))
-    study = load_study(first_answer.first_study(file, tmp_path / "results"))
-    assert not study.coupons and not study.is_coupled
+    assert study.name == "paper_first" and set(study.scenario_dampers) == {"atlas"}
+    of_atlas = {s.label for s in whole.all_scenarios() if s.dampers in ("", "atlas")}
+    assert {s.label for s in study.all_scenarios()} == of_atlas
 
 
 @pytest.mark.parametrize("name", ["l_panel.yaml", "smoke.yaml", "coupon_size.yaml"])
