@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pidpanel.solve.modal import MovedPanel, coupled_shapes
 from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.moved_panel import MovedPanel, coupled_shapes
 from pidpanel.solve.receptances import Receptances, times
 
 N, LINES = 5, 3

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
-from pidpanel.solve import modal
+from pidpanel.solve import moved_panel
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.modal import bare_panels
@@ -151,7 +151,7 @@ def test_shapes_far_above_a_line_need_no_coupling_by_air_with_each_other(monkeyp
         return attach_dampers(bare, *dampers).acceleration_rms
 
     found = rms()
-    monkeypatch.setattr(modal, "SHAPES_IN_AIR", 1e3)
+    monkeypatch.setattr(moved_panel, "SHAPES_IN_AIR", 1e3)
     expected = rms()
     np.testing.assert_allclose(found, expected, rtol=5e-6)
     assert np.all(found != expected)

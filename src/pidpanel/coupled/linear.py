@@ -11,8 +11,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.solve.excitation import Matrices
-from pidpanel.solve.modal import CoupledShapes, MovedPanel, chunks_of_lines
+from pidpanel.solve.modal import chunks_of_lines
 from pidpanel.solve.model import ModalBasis
+from pidpanel.solve.moved_panel import CoupledShapes, MovedPanel
 from pidpanel.solve.receptances import Receptances
 
 # Frequencies (nf,) [Hz] → a matrix of the shapes at each (nf, n, n): the cross-PSD of modal forces

@@ -22,8 +22,9 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.solve.excitation import Excitation, MatrixInput, mixed_product
 from pidpanel.solve.lines import trapezoid_weights
-from pidpanel.solve.modal import MovedPanel, chunks_of_lines, coupled_shapes
+from pidpanel.solve.modal import chunks_of_lines
 from pidpanel.solve.model import ModalBasis, Patches, ResponseError
+from pidpanel.solve.moved_panel import MovedPanel, coupled_shapes
 from pidpanel.solve.receptances import Receptances
 
 THREADS = 2

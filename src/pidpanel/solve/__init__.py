@@ -1,6 +1,6 @@
 """The response of a panel with layouts of dampers: arrays only, no study and no path.
 
-`model`, `modal`
+`model`, `modal`, `moved_panel`
     Checked inputs; the bare panel in modal coordinates, line by line.
 `excitation`, `panel`
     What drives a panel; a panel with patches and points.
