@@ -20,7 +20,7 @@ from pidpanel.atlas.groups import USUAL
 from pidpanel.coupon import contact
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.paths import PROJECT, STUDIES
-from pidpanel.study.coupon import Coupon
+from pidpanel.study.coupon_study import VariedCoupon
 
 MATERIAL = {"diameter_mm": 2, "density_kg_m3": 1190, "youngs_modulus_mpa": 3200, "poissons_ratio": 0.35}  # fmt: skip
 
@@ -30,7 +30,7 @@ def cases(chosen, folder):
     lines = [",".join(rows[0]), *(",".join(map(str, row.values())) for row in rows)]
     (folder / "cases.csv").write_text("\n".join(lines) + "\n")
     coupon = {"cases": folder / "cases.csv", "particles": MATERIAL}
-    return cases_of(Coupon.model_validate(coupon))
+    return cases_of(VariedCoupon.model_validate(coupon))
 
 
 def test_a_longer_design_begins_with_the_shorter():

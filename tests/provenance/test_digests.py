@@ -18,10 +18,10 @@ def study_in(folder, **changes):
     """A study with a spectrum, a mesh and decks of its own, in a folder."""
     folder.mkdir()
     values = yaml.safe_load((STUDIES / "bdf_panel.yaml").read_text())
-    values |= {"name": "mine", "coupon": {"sweep": {"frequency_hz": [100], "acceleration_g": [10]}}}
+    sweep = {"frequency_hz": [100], "acceleration_g": [10]}
+    values["dampers"] = {"own": {"particles": {}, "sweep": sweep, "deck": "own.in.j2"}}
     values["sound"]["spectrum"] = "spectrum.csv"
-    values["coupon"]["deck"] = "own.in.j2"
-    values |= changes
+    values |= {"name": "mine"} | changes
     (folder / "mine.yaml").write_text(yaml.safe_dump(values, sort_keys=False))
     (folder / "spectrum.csv").write_text(SPECTRUM)
     (folder / "own.in.j2").write_text("run {{ steps_per_cycle }}")
