@@ -6,7 +6,7 @@ import pytest
 
 from pidpanel.coupon import contact
 from pidpanel.coupon.from_study import cases_of
-from pidpanel.study.coupon import Coupon
+from pidpanel.study.coupon_study import VariedCoupon
 
 
 def coupon(**changes):
@@ -19,7 +19,7 @@ def coupon(**changes):
     }
     for key, value in changes.items():
         values[key] = {**values.get(key, {}), **value} if isinstance(value, dict) else value
-    return Coupon.model_validate(values)
+    return VariedCoupon.model_validate(values)
 
 
 def test_every_combination_is_a_case_with_a_label_of_its_own():
