@@ -1,9 +1,8 @@
 """Does the number of functions of the pressure at free edges change g rms of whole panels?
 
-Ten outlines that are no rectangles; the bound on the resolution of the points was set on two of them
-(the slender L and the triangle). Each is
-computed with the functions of the program and with about 1.6 times as many, free in a room and in air,
-bare and with a damper, at three points.
+Ten outlines that are no rectangles; the bound on the resolution of the points was set on two of
+them, the slender L and the triangle. Each is computed with the functions of the program and with
+about 1.6 times as many, free in a room and in air, bare and with a damper, at three points.
 
     python benchmarks/outlines.py [highest frequency, 500 Hz] [names …]
 

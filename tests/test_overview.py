@@ -37,9 +37,9 @@ def test_the_paper_s_panel_is_summed_up_before_it_is_run(tmp_path):
     assert found["points"] == ["326 on PID-1; 189 on PID-2; 318 on PID-3"]
     # 0.04 m² × 0.458 × 1190 kg/m³ × 25 mm × r
     assert found["dampers"] == [
-        "PID-1 acrylic, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of the panel)",
-        "PID-2 acrylic, r = 0.5: about 0.27 kg (4.5 % of the panel)",
-        "PID-3 acrylic, r = 0.5: about 0.27 kg (4.5 % of the panel)",
+        "PID-1 acrylic, atlas, r = 0.1 to 0.9: about 0.055 to 0.49 kg (0.91 to 8.2 % of the panel)",
+        "PID-2 acrylic, atlas, r = 0.5: about 0.27 kg (4.5 % of the panel)",
+        "PID-3 acrylic, atlas, r = 0.5: about 0.27 kg (4.5 % of the panel)",
     ]
     assert found["sound"][0].startswith(
         "OASPL 162.0 dB, 161.9 dB in 30 to 2000 Hz; as tabulated 26 third octaves"

@@ -120,7 +120,7 @@ def test_the_model_of_lowest_rank_answers_and_says_what_the_others_find(study, r
     assert {one.scenario.dampers for one in found.candidates} == {"lab"}
     assert len(found.candidates) == 3
     for one in found.candidates:
-        ((name, said),) = one.others
+        ((name, said),) = one.alternatives
         assert name == "law" and said.reduction == pytest.approx(2.0)
 
 

@@ -298,17 +298,22 @@ def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[fl
         if not scenario.is_bare:
             key = tuple((patch, str(f.damper)) for patch, f in scenario.fillings.items())
             groups.setdefault(key, []).append(scenario)
-    totals = {}
+    # dampers that differ in the model alone have the same fills and masses
+    names: dict[tuple[tuple[str, ...], str, tuple[float, ...]], list[tuple[str, ...]]] = {}
     for key, scenarios in groups.items():
-        fillings = {tuple(s.fillings.items()): s.fillings for s in scenarios}.values()
+        fillings = list({tuple(s.fillings.items()): s.fillings for s in scenarios}.values())
         masses = [sum(area[p] * _mass_per_area(study, f) for p, f in x.items()) for x in fillings]
-        finite = [mass for mass in masses if not math.isnan(mass)]
+        finite = tuple(mass for mass in masses if not math.isnan(mass))
+        r = [f.fill_fraction for x in fillings for f in x.values() if f.fill_fraction is not None]
+        fill = f", r = {_range(r)}" if r else ""
+        patches, beds = zip(*key, strict=True)
         if finite:
-            parts = [" ".join(pair) for pair in key]
-            every = [f.fill_fraction for x in fillings for f in x.values()]
-            r = [fill for fill in every if fill is not None]
-            fill = f", r = {_range(r)}" if r else ""
-            totals[" + ".join(parts) + fill] = finite
+            names.setdefault((patches, fill, finite), []).append(beds)
+    totals = {}
+    for (patches, fill, finite), alike in names.items():
+        dampers = [", ".join(dict.fromkeys(name)) for name in zip(*alike, strict=True)]
+        label = " + ".join(map(" ".join, zip(patches, dampers, strict=True))) + fill
+        totals[label] = list(finite)
     return totals
 
 

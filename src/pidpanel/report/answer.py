@@ -45,7 +45,7 @@ class Candidate(NamedTuple):
     doubts: tuple[str, ...]  # why its numbers are not to be trusted
     note: str = ""  # on numbers that are
     # What other damping models say of it: names of their dampers, and responses at the worst point
-    others: tuple[tuple[str, PointResponse], ...] = ()
+    alternatives: tuple[tuple[str, PointResponse], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ class StudyAnswer:
     @property
     def decimals(self) -> tuple[int | None, int | None]:
         """Decimals of g rms and of reductions, in the headline and in the first table."""
-        shown = (self.bare, *select_candidates(self))
-        errors = [c.responses[p].rms_error for c in shown for p in self.points[:COLUMNS]]
-        gain_errors = [self.response(c).reduction_error for c in shown]
+        listed = (self.bare, *select_candidates(self))
+        errors = [c.responses[p].rms_error for c in listed for p in self.points[:COLUMNS]]
+        gain_errors = [self.response(c).reduction_error for c in listed]
         return common_decimals(errors), common_decimals(gain_errors, DECIBEL_DECIMALS)
 
     def response(self, candidate: Candidate) -> PointResponse:
@@ -133,9 +133,11 @@ def answer_of(study: Study, summary: pd.DataFrame) -> StudyAnswer | None:
     candidates = []
     for scenario in steady:
         rows = [by_key[scenario.label, point] for point in points]
-        others = {s.dampers: by_key[s.label, points[0]] for s in study.alternatives(scenario)}
-        said = [(n, _response(row)) for n, row in others.items() if row["status"] == "ok"]
-        candidates.append(_candidate(scenario, rows)._replace(others=tuple(said)))
+        alternatives = {s.dampers: by_key[s.label, points[0]] for s in study.alternatives(scenario)}
+        responses = [
+            (n, _response(row)) for n, row in alternatives.items() if row["status"] == "ok"
+        ]
+        candidates.append(_candidate(scenario, rows)._replace(alternatives=tuple(responses)))
     candidates.sort(key=lambda candidate: -candidate.responses[points[0]].reduction)
     bare_rows = [by_key[bare.label, point] for point in points]
     return StudyAnswer(

@@ -83,8 +83,8 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     panel_axes(axes, vertices, 0.025)
     axes.spines[:].set_visible(False)
     handles, labels = axes.get_legend_handles_labels()
-    shown = dict(zip(labels, handles, strict=True))
-    figure.legend(shown.values(), shown, loc="outside lower center", ncols=3, handlelength=1.2)
+    entries = dict(zip(labels, handles, strict=True))
+    figure.legend(entries.values(), entries, loc="outside lower center", ncols=3, handlelength=1.2)
     # the text would hide the markers; the star may lie below it
     supports = panel.supports.points.values()
     marked = [*basis.point_position, *(support.position for support in supports)]

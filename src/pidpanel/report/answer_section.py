@@ -35,7 +35,7 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     """Return the part of a page below its first sentence."""
     study, (mapped, rms) = inputs.study, worst_map(inputs) or (None, None)
     points = answer.points[:COLUMNS]
-    shown = (answer.bare, *select_candidates(answer))
+    listed = (answer.bare, *select_candidates(answer))
     rms_decimals, gain_decimals = answer.decimals
     with_mass = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
     psd = psd_picture_of(inputs, answer)
@@ -43,10 +43,10 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
         "answer": answer,
         "has_levels": len({scenario.oaspl_db for scenario in study.all_scenarios()}) > 1,
         "level": main_level(study),
-        "remaining": len(answer.candidates) - len(shown) + 1,
+        "remaining": len(answer.candidates) - len(listed) + 1,
         "points": points,
-        "rows": [_row(answer, candidate, study.massless_dampers) for candidate in shown],
-        "has_others": any(candidate.others for candidate in shown),
+        "rows": [_row(answer, candidate, study.massless_dampers) for candidate in listed],
+        "has_others": any(candidate.alternatives for candidate in listed),
         "rms_decimals": rms_decimals,
         "gain_decimals": gain_decimals,
         "panel": panel_picture(inputs, rms),
@@ -75,8 +75,8 @@ def _row(answer: StudyAnswer, candidate: Candidate, massless: Collection[str]) -
         "is_within_error": not candidate.scenario.is_bare and is_gain(response) is False,
         "trust": trust_text(candidate.doubts, candidate.note),
         "others": "; ".join(
-            f"{name}: {value_text(other.reduction, other.reduction_error, answer.decimals[1])}"
-            for name, other in candidate.others
+            f"{name}: {value_text(point.reduction, point.reduction_error, answer.decimals[1])}"
+            for name, point in candidate.alternatives
         ),
     }
 

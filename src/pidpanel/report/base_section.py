@@ -50,7 +50,7 @@ def base_section(
     if base.sine is not None and base.peaks is not None:
         sine = _sine_values(base.sine, base.peaks, names)
         sine_pictures = list(_sine_pictures(base.sine, names, points))
-    first, *others = pictures or sine_pictures
+    first, *further = pictures or sine_pictures
     values = {
         "large": [(motion, mm) for motion, mm in _largest(base) if mm > thickness_mm / 10],
         "thickness": thickness_mm,
@@ -61,7 +61,7 @@ def base_section(
     moved = base.modes[base.modes["effective_mass_share"] > LEAST_SHARE]
     heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
     rest = {
-        "pictures": others,
+        "pictures": further,
         "notches": None if base.notched is None else _notches(base.notched, names),
         "sine": sine if random else None,
         "sine_pictures": sine_pictures if random else [],
