@@ -45,7 +45,7 @@ def test_beds_that_may_ride_or_cross_are_simulated_on_demand(said, respond):
     summary.loc[summary["scenario"] == "B_r0.5_150dB", "between_share"] = 0.31
     (text,) = (t for t in said(summary) if "cross their" in t)
     assert "B, r = 0.5, 150 dB: beds may ride on the floor" in text and "up to 31 %" in text
-    assert text.endswith("use model: coupled.")
+    assert text.endswith("model: coupled simulates these beds.")
 
 
 def test_motion_beyond_a_tenth_of_the_thickness_is_told(said, respond):
