@@ -61,7 +61,7 @@ def runs(excited, tmp_path):
         for extra, one in enumerate(beds):
             stored(one, tmp_path / "bed" / one.label, SPHERES[diameter] + extra)
         patches.append(SimulatedPatch(name, 3.3e9, beds))
-    scenario = CoupledScenario("one", 1e5, tuple(patches), ())
+    scenario = CoupledScenario("one", 1e5, tuple(patches), {})
     return ScenarioRuns(excited, scenario, tmp_path, tmp_path / "records")
 
 

@@ -40,6 +40,7 @@ from pidpanel.optimise.places import (
     place_name,
     place_plate,
     places_on,
+    plate_with_points,
     with_points,
 )
 from pidpanel.optimise.proposal import EXCITATIONS, Proposals, layouts_to_confirm, search_table
@@ -202,21 +203,21 @@ def excited_panels(study: Study, files: Files) -> dict[str, ExcitedPanel]:
     for name in counted_excitations(study):
         if name == "sound":
             start = read_response_panel(study, files)
-            basis = _with_vertices(section, start.basis)
+            basis = with_points(start.basis, _further_points(section, start.basis))
             start = replace(start, basis=basis, point_refinement_error=0.0)
             panels[name] = SoundExcitedPanel(start, StudySound(study), with_strains)
         else:
-            basis = _with_vertices(section, read_basis(files.modes))
+            basis = read_basis(files.modes)
+            basis = with_points(basis, _further_points(section, basis))
             shaker, mass = shakers_of(study)["random"], read_panel_mass(study, files.section)
             panels[name] = ShakerExcitedPanel(basis, shaker, mass, with_strains)
     return panels
 
 
-def _with_vertices(section: Optimise, basis: PanelBasis) -> PanelBasis:
-    """Return a basis with points that represent the panel if its whole response is minimised."""
-    if section.objective != "panel":
-        return basis
-    return with_points(basis, spread_vertices(basis.vertex_position))
+def _further_points(section: Optimise, basis: PanelBasis) -> Index:
+    """Return the vertices that represent the panel if its whole response is minimised."""
+    is_whole = section.objective == "panel"
+    return spread_vertices(basis.vertex_position) if is_whole else np.zeros(0, np.int64)
 
 
 class _Search(NamedTuple):
@@ -312,7 +313,8 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     """Write the proposed layouts of a study; ``damping`` is the folder of the surfaces."""
     section, places = section_of(study), places_of(study)
     fillings, excited = fillings_of(study, damping), excited_panels(study, files)
-    plate, basis = read_plate(files.plate), next(iter(excited.values())).basis
+    basis = next(iter(excited.values())).basis
+    plate = plate_with_points(read_plate(files.plate), _further_points(section, basis))
     with_places, area_error = place_plate(plate, places, range(len(places.lower)))
     points = list(basis.point_names[: len(study.panel.points)])
     counted = np.array([points.index(name) for name in section.points or points])

@@ -181,6 +181,17 @@ def with_points(basis: PanelBasis, vertices: Index) -> PanelBasis:
     )
 
 
+def plate_with_points(plate: StoredPlate, vertices: Index) -> StoredPlate:
+    """Return the matrices with the points of `with_points`."""
+    at_vertices = plate.at_vertices.tocsr()[vertices]
+    weight = sp.eye_array(plate.at_vertices.shape[0], format="csr")[vertices]
+    return replace(
+        plate,
+        at_points=sp.csr_array(sp.vstack([plate.at_points, at_vertices])),
+        point_weight=sp.csr_array(sp.vstack([plate.point_weight, weight])),
+    )
+
+
 def place_name(number: int) -> str:
     """Return the name of a place as a patch."""
     return f"place {number}"
