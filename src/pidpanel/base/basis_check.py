@@ -22,7 +22,7 @@ from pidpanel.solve.basis_error import (
     ErrorsAt,
     check_basis,
     lines_to_try,
-    widened,
+    sufficient_basis,
 )
 from pidpanel.solve.elements import ElementMotion
 from pidpanel.solve.layout import LayoutResponse
@@ -57,7 +57,7 @@ def checked_panel(
         panels = shaken(supported)
         return supported, [_check(panel, supported, plate, scenarios, attempt) for panel in panels]
 
-    return widened(further_shapes, check)
+    return sufficient_basis(further_shapes, check)
 
 
 def _check(

@@ -30,7 +30,7 @@ from pidpanel.solve.basis_error import (
     check_basis,
     lines_to_try,
     pressure_errors,
-    widened,
+    sufficient_basis,
 )
 from pidpanel.solve.layout import LayoutResponse, SearchResults
 from pidpanel.solve.mesh_error import MeshError, MeshShift, mesh_error, point_shifts, shift_of_modes
@@ -112,7 +112,7 @@ def checked_responses(
         return _Attempt(wider, solver, plan, motions, np.array(worst), further_shapes), [check]
 
     start = np.zeros((plate.shapes.shape[0], 0))
-    (wider, checked, plan, motions, worst, further_shapes), _ = widened(start, tried)
+    (wider, checked, plan, motions, worst, further_shapes), _ = sufficient_basis(start, tried)
     solver = checked.with_lines(wider.frequency, wider.motion_at_points)
     cases = plan.solve(solver, motions)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios))

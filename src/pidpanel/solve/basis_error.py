@@ -66,7 +66,7 @@ class BasisCheck:
         return self.error.max(axis=1)
 
 
-def widened(
+def sufficient_basis(
     further_shapes: Array, check: Callable[[Array, int], tuple[T, Sequence[BasisCheck]]]
 ) -> tuple[T, float]:
     """Return what belongs to a basis that is good in all checks, and its largest error [1].

@@ -103,7 +103,7 @@ def _reactions(
     s = checked_dampers(len(weight), frequency, equivalent_damping, apparent_mass)
     for lines in chunks_of_lines(frequency.size, 2 * weight.shape[1]):
         part = bare.on_lines(lines)
-        yield lines, part, part.receptances.reaction(part.pull(s[:, lines]), again=with_slope)
+        yield lines, part, part.receptances.reaction(part.pull(s[:, lines]), reuse=with_slope)
 
 
 def check_stable(damping: Array) -> None:

@@ -153,10 +153,10 @@ def bare_panels(
         for patch, values in enumerate(parts, 1):
             psds = moved.psds(patch, [patch, 0], force, is_factor=factors is not None)
             values.append([*moved.receptances(patch, [patch, 0]), *(level * psd for psd in psds)])
-    together = (
+    receptances = (
         Receptances(*(_joined(part) for part in zip(*values, strict=True))) for values in parts
     )
-    carried = zip(coordinates, together, strict=True)
+    carried = zip(coordinates, receptances, strict=True)
     return [BarePanel(frequency, *values, point_psd) for values in carried]
 
 

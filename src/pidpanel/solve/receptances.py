@@ -70,14 +70,14 @@ class Receptances:
         force = None if self.force is None else self.force[lines]
         return Receptances(self.felt[lines], across, felt_psd, across_psd, force)
 
-    def solution(self, pull: Matrices, *, again: bool = False) -> Callable[[Complexes], Complexes]:
+    def solution(self, pull: Matrices, *, reuse: bool = False) -> Callable[[Complexes], Complexes]:
         """Return what solves with I + R_uu S, factorised once where it is called again."""
         loop = times(self.felt, pull)
         if loop.ndim == 2:
             return lambda force: force / (1 + loop)[:, :, None]
         width = loop.shape[1]
         loop[:, range(width), range(width)] += 1
-        if not again:
+        if not reuse:
             return lambda force: np.asarray(np.linalg.solve(loop, force))
         factors = la.lu_factor(loop, check_finite=False)
         return lambda force: np.asarray(la.lu_solve(factors, force, check_finite=False))
@@ -87,9 +87,9 @@ class Receptances:
         u = self.solution(pull)(felt[:, :, None])
         return observed - (self.across @ times(pull, u))[:, :, 0]
 
-    def reaction(self, pull: Matrices, *, again: bool = False) -> Reaction:
+    def reaction(self, pull: Matrices, *, reuse: bool = False) -> Reaction:
         """Return what dampers do to the observed motions."""
-        solve = self.solution(pull, again=again)
+        solve = self.solution(pull, reuse=reuse)
         receptance = solve(self.across.swapaxes(1, 2))
         B = times(pull, receptance).swapaxes(1, 2)
         return Reaction(solve, receptance, B, self.across_psd - B @ self.felt_psd / 2)
@@ -117,7 +117,7 @@ class Receptances:
 
     def damped(self, pull: Matrices) -> tuple[Receptances, Complexes]:
         """Return the panel with dampers on, in the same motions, and Y Bᴴ + B Yᴴ."""
-        reaction = self.reaction(pull, again=True)
+        reaction = self.reaction(pull, reuse=True)
         felt, felt_psd = self.felt_with(pull)
         covariance = 2 * reaction.Y - self.across_psd  # S_wu − B S_uu
         psd = reaction.solve(covariance.conj().swapaxes(1, 2)).conj().swapaxes(1, 2)

@@ -44,9 +44,9 @@ class Measured(SectionModel):
 
     def mistakes(self) -> Iterator[Mistake]:
         levels = ("acceleration_g", "acceleration_rms_g", "spectrum")
-        given = [key for key in levels if getattr(self, key) is not None]
-        if len(given) > 1:
-            yield Mistake((given[1],), f"not allowed together with {given[0]}")
+        stated = [key for key in levels if getattr(self, key) is not None]
+        if len(stated) > 1:
+            yield Mistake((stated[1],), f"not allowed together with {stated[0]}")
 
 
 class ShakerLimits(SectionModel):

@@ -123,8 +123,8 @@ def unknown_key(key: str, allowed: Sequence[str]) -> str:
     >>> unknown_key("restitution", ["depth_mm", "count"])
     'unknown key; allowed are depth_mm, count'
     """
-    meant = _meant(key, allowed, 0.5)
-    return f"unknown key; {meant or 'allowed are ' + ', '.join(allowed)}"
+    guess = _guess(key, allowed, 0.5)
+    return f"unknown key; {guess or 'allowed are ' + ', '.join(allowed)}"
 
 
 def not_among(section: str, name: str, allowed: Sequence[str]) -> str:
@@ -135,11 +135,11 @@ def not_among(section: str, name: str, allowed: Sequence[str]) -> str:
     >>> not_among("dampers", "stele", ["acrylic", "steel"])
     'must be one of dampers: acrylic, steel; did you mean steel?'
     """
-    meant = _meant(name, allowed, 0.6) if len(allowed) > 1 else ""
-    return f"must be one of {section}: {', '.join(allowed)}" + (f"; {meant}" if meant else "")
+    guess = _guess(name, allowed, 0.6) if len(allowed) > 1 else ""
+    return f"must be one of {section}: {', '.join(allowed)}" + (f"; {guess}" if guess else "")
 
 
-def _meant(name: str, allowed: Sequence[str], cutoff: float) -> str:
+def _guess(name: str, allowed: Sequence[str], cutoff: float) -> str:
     lower = {entry.lower(): entry for entry in allowed}
     near = difflib.get_close_matches(name.lower(), lower, n=1, cutoff=cutoff)
     return f"did you mean {lower[near[0]]}?" if near else ""

@@ -83,12 +83,12 @@ def mistakes_of_surroundings(study: Study) -> Iterator[Mistake]:
     sound, response = study.sound, study.response
     if sound is None or not sound.is_free:
         return
-    only = "with free edges; set sound.surroundings: baffle"
+    remedy = "with free edges; set sound.surroundings: baffle"
     if response.radiation not in (None, "none"):
-        message = f"must be none, or omitted for air on both faces, {only} for it"
+        message = f"must be none, or omitted for air on both faces, {remedy} for it"
         yield Mistake(("response", "radiation"), message)
     if not response.air_mass:
-        yield Mistake(("response", "air_mass"), f"must be true {only} for resistance alone")
+        yield Mistake(("response", "air_mass"), f"must be true {remedy} for resistance alone")
     if response.modal_damping == "diagonal" and study.radiation != "none":
         message = "needs response.radiation: none with free edges; the paper's form has no air"
         yield Mistake(("response", "modal_damping"), message)
@@ -260,14 +260,14 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0] * 1e3
     directions = "along the motion, [0, 0, -1], or across it, [1, 0, 0],"
-    only: Mapping[Keys, tuple[bool, str]] = {
+    conditions: Mapping[Keys, tuple[bool, str]] = {
         ("cell", "shape"): (cell.shape == "hexagon", "hexagon"),
         ("particles", "distribution"): (isinstance(particles.distribution, Mono), "kind: mono"),
         ("particles", "rolling_friction"): (particles.rolling_friction == 0, "0"),
         ("gravity_g",): (coupon.gravity_g > 0, "above 0"),
         ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
-    for keys, (is_met, allowed) in only.items():
+    for keys, (is_met, allowed) in conditions.items():
         if not is_met:
             yield Mistake(keys, f"must be {allowed} for model: atlas{REMEDY}")
     for key in ("restitution", "friction"):

@@ -105,11 +105,11 @@ class Sound(SectionModel):
 
     def _mistakes_of_free(self) -> Iterator[Mistake]:
         """Yield what belongs to a panel in a baffle."""
-        only = "with free edges; set sound.surroundings: baffle"
+        remedy = "with free edges; set sound.surroundings: baffle"
         if self.pressure_reference not in (None, "room"):
-            yield Mistake(("pressure_reference",), f"must be room {only} for it")
+            yield Mistake(("pressure_reference",), f"must be room {remedy} for it")
         if self.loaded_sides is not None:
-            yield Mistake(("loaded_sides",), f"not allowed {only} to load one face")
+            yield Mistake(("loaded_sides",), f"not allowed {remedy} to load one face")
         if self.field not in ("diffuse", "plane_wave"):
             reason = ", where a wave along the panel does not load it"
             place = f"with free edges{reason * self.field.endswith('wave')}"

@@ -213,15 +213,15 @@ class Study(CouponStudy):
         """Return the scenarios that differ from one in the damping model alone."""
         beds = self._beds_of(scenario)
         return [
-            other
-            for other in self.all_scenarios()
-            if other.label != scenario.label
-            and (other.oaspl_db, other.patches) == (scenario.oaspl_db, scenario.patches)
-            and not other.is_bare
+            rival
+            for rival in self.all_scenarios()
+            if rival.label != scenario.label
+            and (rival.oaspl_db, rival.patches) == (scenario.oaspl_db, scenario.patches)
+            and not rival.is_bare
             and all(
                 first == second and (bed == other_bed or None in (bed, other_bed))
                 for (first, bed), (second, other_bed) in zip(
-                    beds, self._beds_of(other), strict=True
+                    beds, self._beds_of(rival), strict=True
                 )
             )
         ]
@@ -240,13 +240,13 @@ class Study(CouponStudy):
     def has_verdict(self) -> bool:
         """Whether coupled runs can be compared with other damping models of the same beds."""
         compared = (self.alternatives(s) for s in self.coupled_scenarios())
-        others = any(not self.is_coupled_scenario(other) for pair in compared for other in pair)
-        return self.sound is not None and others
+        rivals = [rival for alike in compared for rival in alike]
+        return self.sound is not None and not all(map(self.is_coupled_scenario, rivals))
 
     def is_main(self, scenario: Scenario) -> bool:
         """Return whether no other damping model answers before that of a scenario."""
         rank = self._rank(scenario)
-        return all(self._rank(other) >= rank for other in self.alternatives(scenario))
+        return all(self._rank(rival) >= rank for rival in self.alternatives(scenario))
 
     def _rank(self, scenario: Scenario) -> int:
         return max((text.rank for text in self.model_texts(scenario)), default=0)
