@@ -72,6 +72,16 @@ def test_a_dry_run_of_an_empty_folder_leaves_no_results(tmp_path, write_study, t
     assert not (tmp_path / "results").exists()
 
 
+def test_commands_know_what_is_left_and_make_it(copied):
+    done = pidpanel(copied, "status", "small.yaml")
+    assert done.returncode == 0 and "small: complete" in said(done)
+    shutil.rmtree(copied / "results" / "small" / "response" / "export")
+    left = pidpanel(copied, "status", "small.yaml")
+    assert left.returncode == 1 and "small: not complete" in said(left)
+    assert pidpanel(copied, "export", "small.yaml").returncode == 0
+    assert (copied / "results" / "small" / "response" / "export" / "psd.uff").is_file()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "wanted"),
     [

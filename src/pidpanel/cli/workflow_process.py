@@ -24,13 +24,11 @@ from pidpanel.job import WORKFLOW_PROCESS
 COUNTS = "PIDPANEL_COUNTS"
 
 
-class Counts(logging.Handler):
-    """Writes the numbers of jobs by rule that Snakemake tells its loggers, as JSON."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write those of a message that has them."""
-        if stats := getattr(record, "stats", None):
-            Path(os.environ[COUNTS]).write_text(json.dumps(stats), encoding="utf-8")
+def write_counts(record: logging.LogRecord) -> bool:
+    """Write the numbers of jobs by rule of a message of Snakemake that has them, as JSON."""
+    if stats := getattr(record, "stats", None):
+        Path(os.environ[COUNTS]).write_text(json.dumps(stats), encoding="utf-8")
+    return True
 
 
 def find_cache() -> None:
@@ -62,7 +60,7 @@ def run_snakemake(arguments: list[str]) -> int:
     if COUNTS in os.environ:
         from snakemake.logging import logger
 
-        logger.addHandler(Counts())
+        logger.addFilter(write_counts)  # handlers are removed when Snakemake begins
 
     try:
         parser, parsed = parse_args(arguments)
