@@ -249,7 +249,8 @@ def test_peaks_of_a_sweep_have_the_errors_of_their_lines(shaken):
         line = int(case["acceleration"].to_numpy().argmax())
         error = float(case["acceleration_log_error"][line]) * row.peak_acceleration_g
         assert row.peak_acceleration_error_g == pytest.approx(error, rel=1e-4, nan_ok=True)
-        assert np.isnan(error) == (row.scenario == "bare")
+        # the printed law feeds the panel: no steady motion
+        assert np.isnan(error) == (row.scenario in ("bare", "PID-1_printed_r0.5"))
 
 
 def test_the_stated_error_of_the_mesh_is_that_against_a_finer_one(shaken, tmp_path):
