@@ -207,10 +207,14 @@ class Model:
         }
         return xr.Dataset(variables, coordinates, stamp(self.study))
 
-    def cases(self, damper: str = SECTION) -> pd.DataFrame:
-        """Return the simulated cases of a coupon alone, or of a damper, ``coupon/cases.csv``."""
-        if damper not in self.study.coupons:
-            raise StudyError(f"damper = {damper}: has no simulated tones, so there are no cases")
+    def cases(self, damper: str | None = None) -> pd.DataFrame:
+        """Return the simulated cases of a damper, by default of the only coupon: ``cases.csv``."""
+        coupons = list(self.study.coupons)
+        if damper is None and len(coupons) == 1:
+            (damper,) = coupons
+        if damper not in coupons:
+            named = f"must be one of {', '.join(coupons)}" if coupons else "no tones are simulated"
+            raise StudyError(f"damper = {damper}: {named}")
         return read_cases(self._result(str(of_damper(Path("coupon"), damper, "cases.csv"))))
 
     def modes(self) -> xr.Dataset:

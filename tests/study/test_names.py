@@ -96,7 +96,7 @@ NAMES = ["Left wing", "Node", "float", "kind", "a.b[0]", "7"]
 ODD_NAMES = [
     "PID-1", "Rectangle", "Thin", "Supports", "thin", "str", "none", "constrained-str",
     "tuple[float, float]", "function-after[_refuse(), Node]", "[0]", ".", "Außen links", "日本",
-    "grid", "at_m", "1.5", "0", "yes", "null", "~", "2024-01-01", "0x10", "<<", "=", "\\",
+    "grid", "at_m", "1.5", "0", "yes", "null", "~", "2024-01-01", "0x10", "<<", "\\",
     "{", "#", "[key]",
 ]  # fmt: skip
 PLAIN = ["Left wing", "Node", "none", "7", "1.5", "yes", "null", "0x10"]

@@ -247,7 +247,7 @@ def test_every_column_and_variable_is_described_and_nothing_else(smoke):
     assert missing == []
     # of studies that vary a key, with a core, of waves with a direction, and with free edges
     assert stale == [
-        "coupon/cases.csv: <key of vary>",
+        "coupon/acrylic/cases.csv: <key of vary>",
         "response/maps.nc: core_shear_xz_rms",
         "response/maps.nc: core_shear_yz_rms",
         "sound/modal_force.nc: modal_force_odd",
