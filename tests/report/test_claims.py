@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+import yaml
 
 from pidpanel.report import claims
 from pidpanel.report.claims import verdict_table
@@ -64,19 +65,10 @@ def test_a_shift_is_linear_where_every_band_rises_with_the_sound():
     assert claims.rises(oaspl, rms, bare, error, 2.0)[0] == "holds"
 
 
-STUDY = """
+CLAIMED = """
 dampers:
   law: {law: paper_corrected}
   printed: {law: paper_printed}
-panel:
-  outline_m: [1.5, 1.0]
-  section: {mass_per_area_kg_m2: 4.0, bending_stiffness_n_m: 3273.07}
-  patches:
-    A: {centre_m: [0.75, 0.50], size_m: [0.2, 0.2]}
-    B: {centre_m: [0.20, 0.30], size_m: [0.2, 0.2]}
-  points: {middle: [0.75, 0.50], corner: [0.20, 0.30]}
-sound: {spectrum: smc_s_016_2014_min_third.csv, oaspl_db: 150}
-response: {frequency_hz: [100, 400]}
 scenarios:
   fill: {patch: A, damper: [law, printed], fill_fraction: [0.1, 0.7, 0.9]}
   place: {patch: [A, B], damper: [law, printed], fill_fraction: 0.5}
@@ -99,9 +91,10 @@ PLACE |= {("B_law_r0.5_150dB", "corner"): 3.0}
 
 
 @pytest.fixture(scope="session")
-def study(tmp_path_factory):
+def study(study_text, tmp_path_factory):
     path = tmp_path_factory.mktemp("claims") / "trial.yaml"
-    path.write_text(STUDY)
+    values = yaml.safe_load(study_text) | yaml.safe_load(CLAIMED)
+    path.write_text(yaml.safe_dump(values, sort_keys=False))
     return load_study(path)
 
 

@@ -8,7 +8,8 @@ import pytest
 
 from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.damping.atlas import AtlasDamping, atlas_bed
-from pidpanel.damping.models import Damper, DampingValues, FilledDamper
+from pidpanel.damping.laws import ConstantDamper
+from pidpanel.damping.models import DampingValues, FilledDamper
 from pidpanel.damping.table_files import read_columns
 from pidpanel.damping.tables import TableDamping
 from pidpanel.response.extrapolation import (
@@ -58,17 +59,10 @@ def test_a_line_counts_by_its_distance_from_the_data(damper):
 def test_a_line_between_data_counts_by_the_nearer_of_both_sides(damper):
     lines = 20.0 * 2.0 ** np.array([0.0, 0.1, 0.3, 0.7, 1.0, 1.2])
     inside = np.array([False, True, False, False, True, False])
-    steady = dataclasses.replace(damper, model=Steady())
+    steady = dataclasses.replace(damper, model=ConstantDamper(equivalent_damping=100.0))
     response = Response(np.array([np.nan]), inside[None])
     weight = extrapolation_of([steady], response, lines).weight
     np.testing.assert_allclose(weight, [0.1, 0, 0.2, 0.3, 0, 0.2], atol=1e-12)
-
-
-class Steady(Damper):
-    """Damping that does not depend on the motion."""
-
-    def __call__(self, frequency, fill_fraction, acceleration_g):
-        raise NotImplementedError
 
 
 def test_what_the_data_would_have_to_cover_is_named(damper):
@@ -82,7 +76,7 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
         assert extrapolated(damper, gamma).missing == f"lab to {gamma:g} g at 100 to 200 Hz"
     below = Response(np.array([1234.5]), np.zeros((1, 91), bool))
     assert extrapolation_of([damper], below, LINES[:91]).missing == "lab to 1230 g"
-    steady = dataclasses.replace(damper, model=Steady())
+    steady = dataclasses.replace(damper, model=ConstantDamper(equivalent_damping=100.0))
     nowhere = Response(np.array([np.nan]), np.zeros((1, 181), bool))
     missing = extrapolation_of([steady], nowhere, LINES).missing
     assert missing == "lab to 20 to 200 Hz and r = 1"

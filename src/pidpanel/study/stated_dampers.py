@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -121,9 +122,9 @@ class _FileDamper(DamperSection):
         return ModelText("Table", "table", 1)
 
     @property
+    @abstractmethod
     def file(self) -> Path:
         """Its table."""
-        raise NotImplementedError
 
     @cached_property
     def rows(self) -> list[dict[str, float]]:
