@@ -11,7 +11,7 @@ from pidpanel.solve.excitation import ModalForce, Superposition
 from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.solvers import Request
 from pidpanel.solve.source import (
-    ParticleForce,
+    particle_force,
     PatchParts,
     elements_of_patch,
     interpolated_load,
@@ -180,7 +180,7 @@ def test_a_force_beside_the_excitation_adds_its_own_response_whatever_the_level(
     force, other = np.outer(exact(panel), exact(panel)), np.diag(exact(panel) ** 2)
     inputs = (panel.basis, panel.patches, frequency, panel.points)
     solver = panel_solver(*inputs, force, lambda f: 1e3 / f)
-    particles = ParticleForce(np.array([30.0, 700.0]), np.stack([other, other]))
+    particles = particle_force(np.array([30.0, 700.0]), np.stack([other, other]))
     load = AttachedDamper(0, lambda f, _gamma: (0 * f + 500.0, 0 * f + 2.0, f > 0), False)
     whole, sound, alone = (
         solve_layout(of, [load], factor, force=beside).response.acceleration_psd

@@ -1,7 +1,7 @@
 """A panel under its excitation with filled patches, some of whose cells are simulated."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -53,7 +53,7 @@ class CoupledPatch:
 
     def shared_area(self, length: float, frequency: Array) -> Array:
         """Return ∬ exp(−d f/λ) dA dA′ over the patch, (nf,) [m⁴], for λ [m Hz]."""
-        rigid = self.parts.rigid()
+        rigid = replace(self.parts, shape=np.ones((len(self.parts.area), 1)))  # moves as one
         return np.array([rigid.coherent_load(length / f)[0, 0] for f in frequency])
 
 

@@ -11,6 +11,7 @@ from pidpanel.arrays import Array
 from pidpanel.damping.laws import ConstantDamper
 from pidpanel.damping.models import FilledDamper
 from pidpanel.response.panel import ResponsePanel
+from pidpanel.solve.excitation import Excitation
 from pidpanel.solve.layout import (
     AttachedDamper,
     DamperLayout,
@@ -29,7 +30,6 @@ from pidpanel.solve.model import ResponseError, UnstableDamping
 from pidpanel.solve.power import power_balance
 from pidpanel.solve.sharpness import least_damping_ratio
 from pidpanel.solve.solvers import PanelSolver
-from pidpanel.solve.source import ParticleForce
 
 # To a bandwidth of what the masses of dampers make sharper; see `lines.frequency_grid`.
 ENOUGH_LINES = 4.0
@@ -256,7 +256,7 @@ def attached(loads: Loads) -> tuple[AttachedDamper, ...]:
     )
 
 
-def own_force_of(panel: ResponsePanel, scenario: ResponseScenario) -> ParticleForce | None:
+def own_force_of(panel: ResponsePanel, scenario: ResponseScenario) -> Excitation | None:
     """Return the own force of the particles of a scenario on the modes; None without any."""
     names = panel.basis.patch_names
     beds = {names.index(patch): d.model.coupled for patch, d in scenario.dampers.items()}

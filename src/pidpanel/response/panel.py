@@ -14,13 +14,13 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import basis_shapes, modal_basis, refined
-from pidpanel.solve.excitation import Excitation, Matrices
+from pidpanel.solve.excitation import Excitation, Matrices, ModalForce
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel, PatchElements, deflection_at_points
 from pidpanel.solve.solvers import PanelSolver
-from pidpanel.solve.source import ParticleForce, elements_of_patch, own_force_load
+from pidpanel.solve.source import elements_of_patch, own_force_load, particle_force
 from pidpanel.sound.radiation import Air
 
 COARSE_LINES_PER_BANDWIDTH = 3.0  # of the search for Γ: rms of the patch within 1e-3
@@ -197,7 +197,7 @@ class ResponsePanel:
         share = area / area.sum()
         return float(np.sqrt(share @ bare.bare_patch_acceleration_g[carriers] ** 2))
 
-    def particle_force(self, beds: Mapping[int, CoupledDamping]) -> ParticleForce:
+    def particle_force(self, beds: Mapping[int, CoupledDamping]) -> ModalForce:
         """Return the own force of the particles on the modes, from coupled runs by patch."""
         basis = self.basis
         nodes = np.geomspace(*self.settings.frequency_range, OWN_FORCE_NODES)
@@ -208,7 +208,7 @@ class ResponsePanel:
             independent = bed.cell_area * basis.patch_overlap[patch]
             load = own_force_load(parts, independent, nodes, coherence, bed.own_length)
             total += psd[:, None, None] * load
-        return ParticleForce(nodes, total)
+        return particle_force(nodes, total)
 
 
 def widen(

@@ -9,7 +9,6 @@ from pidpanel.arrays import Array
 from pidpanel.panel.matrices import Stretching
 from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.bands import reduction
-from pidpanel.solve.excitation import Superposition
 from pidpanel.solve.layout import DamperLayout, LayoutResponse
 from pidpanel.solve.search import LinearisationError
 from pidpanel.solve.solvers import PanelSolver
@@ -43,7 +42,10 @@ class StretchedCases:
     ) -> None:
         layouts: dict[Hashable, tuple[DamperLayout, Array]] = {}
         self._keys: dict[int, tuple[Hashable, Hashable]] = {}
-        for case in cases if stretching is not None else ():
+        self._answers: dict[Hashable, StretchedResponse | LinearisationError] = {}
+        if stretching is None:
+            return
+        for case in cases:
             response = case.response
             if not isinstance(response, LayoutResponse) or not any(
                 is_beyond_linear(answer, thickness) for answer in (response, case.bare)
@@ -54,17 +56,8 @@ class StretchedCases:
             layouts.setdefault(bare, (DamperLayout((), case.layout.factor), np.zeros(0)))
             layouts.setdefault(key, (case.layout, response.acceleration_g))
             self._keys[id(case)] = key, bare
-        self._answers: dict[Hashable, StretchedResponse | LinearisationError] = {}
-        if stretching is not None:
-            plain = {key: entry for key, entry in layouts.items() if entry[0].force is None}
-            answers = stretched_responses(solver, stretching, list(plain.values()))
-            self._answers |= zip(plain, answers, strict=True)
-            for key, (layout, gamma) in layouts.items():
-                if layout.force is not None:
-                    both = Superposition(solver.excitation, layout.force, 1 / layout.factor)
-                    moved = solver.with_excitation(both)
-                    (answer,) = stretched_responses(moved, stretching, [(layout, gamma)])
-                    self._answers[key] = answer
+        answers = stretched_responses(solver, stretching, list(layouts.values()))
+        self._answers |= zip(layouts, answers, strict=True)
 
     def columns(
         self, case: SolvedCase, values: Mapping[str, Any], error: Array | float

@@ -155,15 +155,15 @@ def solve_with(
     `search_motions` do not depend on the lines of the result; None searches.
     """
     motions = search_motions(solver, layouts) if motions is None else motions
-    return _by_force(solver, list(zip(layouts, motions, strict=True)), _solve_together)
+    return by_force(solver, list(zip(layouts, motions, strict=True)), _solve_together)
 
 
 def search_motions(solver: PanelSolver, layouts: Sequence[DamperLayout]) -> SearchResults:
     """Return the consistent motion of each layout; raise as `layouts`."""
-    return _by_force(solver, [(layout, None) for layout in layouts], _search)
+    return by_force(solver, [(layout, None) for layout in layouts], _search)
 
 
-def _by_force(
+def by_force(
     solver: PanelSolver,
     cases: Sequence[tuple[DamperLayout, T]],
     solve: Callable[[PanelSolver, Sequence[tuple[DamperLayout, T]]], Sequence[V]],

@@ -8,14 +8,8 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array
 from pidpanel.solve.dampers import attach_dampers, checked_dampers
 from pidpanel.solve.excitation import MatrixInput, air_at, matrices_at
-from pidpanel.solve.modal import (
-    OVERLAP_CUTOFF,
-    bare_panels,
-    checked_frequency,
-    chunks_of_lines,
-    dense_stiffness,
-)
-from pidpanel.solve.model import ModalBasis, Patches, checked_array
+from pidpanel.solve.modal import OVERLAP_CUTOFF, bare_panels, chunks_of_lines, dense_stiffness
+from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.receptances import weighted_sum
 
 
@@ -61,8 +55,7 @@ def power_balance(
     -------
     PowerBalance
     """
-    frequency = checked_frequency(frequency)
-    spectrum = checked_array("spectrum", spectrum, frequency.shape)
+    frequency, spectrum = np.asarray(frequency, np.float64), np.asarray(spectrum, np.float64)
     n = basis.natural_frequency.size
     s = checked_dampers(patches.count, frequency, equivalent_damping, apparent_mass)
     damping, mass = np.asarray(equivalent_damping), np.asarray(apparent_mass)

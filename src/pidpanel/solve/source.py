@@ -16,6 +16,7 @@ import numpy as np
 from pidpanel.arrays import Array, Flags
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.plane_waves import MovedFace
+from pidpanel.solve.excitation import ModalForce
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,6 @@ class PatchParts:
     shape: Array
     area: Array
     position: Array
-
-    def rigid(self) -> PatchParts:
-        """Return the parts of a patch that moves as one."""
-        return PatchParts(np.ones((len(self.area), 1)), self.area, self.position)
 
     def coherent_load(self, length: float) -> Array:
         """Return ∬ φ φ′ᵀ exp(−d/l) dA dA′ over the patch, (n, n) [m⁴], for l [m]."""
@@ -60,25 +57,12 @@ def own_force_load(
     return np.array(loads)
 
 
-@dataclass(frozen=True)
-class ParticleForce:
-    """The own force of particles as an `excitation.Excitation`, with S = 1 and G its cross-PSD."""
+def particle_force(nodes: Array, load: Array) -> ModalForce:
+    """Return the own force of particles, with S = 1 and G its cross-PSD [N²/Hz].
 
-    nodes: Array  # (k,) rising [Hz]
-    # (k, n, n) cross-PSD of the modal forces at the nodes [N²/Hz]; linear in ln f between them
-    load: Array
-
-    def spectrum(self, frequency: Array) -> Array:
-        """Return 1 at every frequency."""
-        return np.ones(frequency.shape)
-
-    def __call__(self, frequency: Array) -> Array:
-        """Return the cross-PSD (nf, n, n) [N²/Hz]."""
-        return interpolated_load(frequency, self.nodes, self.load)
-
-    def factors(self, frequency: Array) -> None:
-        """Return None: no short form is known."""
-        return None
+    ``load`` (k, n, n) is that at the nodes (k,) [Hz]; see `interpolated_load`.
+    """
+    return ModalForce(np.ones_like, lambda lines: interpolated_load(lines, nodes, load))
 
 
 def elements_of_patch(face: MovedFace, inside: Flags) -> PatchParts:

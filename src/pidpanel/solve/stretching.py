@@ -25,7 +25,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.panel.matrices import Stretching
-from pidpanel.solve.layout import DamperLayout, evaluate_dampers, sine_accelerations_g
+from pidpanel.solve.layout import DamperLayout, by_force, evaluate_dampers, sine_accelerations_g
 from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.modal import BarePanel, bare_panels
 from pidpanel.solve.model import Patches
@@ -143,40 +143,19 @@ class StretchedPanel:
     @cached_property
     def bare(self) -> BarePanel:
         """The panel seen from its points and modes, with the modes as a further patch."""
-        panel, lines, modes = self.solver.panel, self.lines, self.stretching.modes
-        n = panel.patches.shapes
+        panel, modes = self.solver.panel, self.stretching.modes
+        lines, n = panel.search_frequency, panel.patches.shapes
         unit = np.zeros((1, n, n))
         unit[0, modes, modes] = 1.0
         carriers = self.solver.carrier(self.patches)
         overlap = np.concatenate([carriers.overlap, unit])
-        deflection = np.concatenate([self.points, np.eye(n)[modes]])
+        deflection = np.concatenate([panel.points[:, 0], np.eye(n)[modes]])
         (bare,) = bare_panels(
             lines, panel.basis, [Patches(overlap, np.append(carriers.area, 1.0))], deflection[None],
             self.solver.excitation.spectrum(lines), self.solver.excitation, panel.air_stiffness,
             overlap_cutoff=SEARCH_CUTOFF,
         )  # fmt: skip
         return bare
-
-    @property
-    def area(self) -> Array:
-        """(n_loads,) of the patches [m²]."""
-        return self.solver.carrier(self.patches).area
-
-    @property
-    def lines(self) -> Array:
-        """(nf,) [Hz]."""
-        return self.solver.panel.search_frequency
-
-    @property
-    def points(self) -> Array:
-        """(n_points, n_shapes) w of the shapes at the points."""
-        return self.solver.panel.points[:, 0]
-
-    @property
-    def modal_stiffness(self) -> Array:
-        """(n,) k of the modes [N/m]."""
-        basis, modes = self.solver.panel.basis, self.stretching.modes
-        return np.asarray(basis.modal_mass[modes] * basis.angular_frequency[modes] ** 2)
 
     def response(self, layout: DamperLayout, gamma: Array) -> StretchedResponse:
         """Return the motion with a layout whose dampers are first evaluated at Γ (n_loads,)."""
@@ -191,8 +170,7 @@ class StretchedPanel:
             if not follows.any():
                 break
             moved = np.where(follows, scale * damped.patch_motion(stiffness), gamma)
-            settled = np.abs(np.log(moved / damped.gamma))[follows].max() < SETTLED
-            if settled:
+            if np.abs(np.log(moved / damped.gamma))[follows].max() < SETTLED:
                 break
             damped = DampedModes(self, layout, moved)
         return self._compared(damped.mean_squares(stiffness), linear.mean_squares(none), stiffness,
@@ -202,10 +180,11 @@ class StretchedPanel:
         self, stretched: Array, linear: Array, stiffness: Array, gamma: Array
     ) -> StretchedResponse:
         """Return ratios of mean squares (2, n_points + n) of w and its acceleration."""
-        count, further = len(self.points), np.diag(stiffness)
-        share = further / (self.modal_stiffness + further)
+        panel, modes, further = self.solver.panel, self.stretching.modes, np.diag(stiffness)
+        modal_stiffness = panel.basis.modal_mass * panel.basis.angular_frequency**2
+        share = further / (modal_stiffness[modes] + further)
         errors = np.hypot(duffing_excess(share), SLOPE * share * self._slope(share))
-        shapes = self.points[:, self.stretching.modes] ** 2
+        shapes, count = panel.points[:, 0, modes] ** 2, len(panel.points)
         part = shapes * stretched[:, None, count:]  # (2, n_points, n)
         total = np.maximum(stretched[:, :count], part.sum(axis=2))
         error = np.divide(part @ errors, total, out=np.zeros_like(total), where=total > 0)
@@ -224,13 +203,14 @@ class StretchedPanel:
 
     def _slope(self, share: Array) -> Array:
         """Return p (n,) of the PSDs of the modal forces about the frequencies with stretching."""
-        excitation, modes = self.solver.excitation, self.stretching.modes
+        panel, excitation, modes = self.solver.panel, self.solver.excitation, self.stretching.modes
         ratio = np.maximum(1 / np.sqrt(1 - share), np.sqrt(LEAST_RATIO))
-        centre = self.solver.panel.basis.natural_frequency[modes] / np.sqrt(1 - share)
-        ends = np.clip([centre / ratio, centre * ratio], self.lines[0], self.lines[-1])
+        centre = panel.basis.natural_frequency[modes] / np.sqrt(1 - share)
+        ends = np.clip([centre / ratio, centre * ratio], *panel.search_frequency[[0, -1]])
         level = np.empty_like(ends)
         for end, frequency in enumerate(ends):
-            force = np.broadcast_to(excitation(frequency), (len(modes), *2 * (len(self.points.T),)))
+            shape = len(modes), *2 * (panel.patches.shapes,)
+            force = np.broadcast_to(excitation(frequency), shape)
             level[end] = force[range(len(modes)), modes, modes].real
             level[end] *= excitation.spectrum(frequency)
         steps = np.diff(np.log(ends), axis=0)[0]
@@ -250,7 +230,8 @@ class DampedModes:
     def __init__(self, panel: StretchedPanel, layout: DamperLayout, gamma: Array) -> None:
         bare, modes = panel.bare, panel.stretching.modes
         self.gamma, self._frequency = gamma, bare.frequency
-        self._shares, self._area = bare.coordinates.weight[:-1], panel.area
+        self._shares = bare.coordinates.weight[:-1]
+        self._area = panel.solver.carrier(panel.patches).area  # (n_loads,) [m²]
         value, mass, _ = evaluate_dampers(layout.dampers, bare.frequency, gamma)
         s = patch_stiffness(bare.frequency, value, mass)
         damped, drop = bare.receptances.damped(bare.pull(np.pad(s, ((0, 1), (0, 0)))))
@@ -294,13 +275,18 @@ def stretched_responses(
     stretching
         Membrane energy of some of its shapes.
     """
-    panels: dict[tuple[int, ...], StretchedPanel] = {}
-    answers: list[StretchedResponse | LinearisationError] = []
-    for layout, gamma in cases:
-        carrier = StretchedPanel(solver, stretching, layout.patches)
-        carrier = panels.setdefault(layout.patches, carrier)
-        try:
-            answers.append(carrier.response(layout, gamma))
-        except LinearisationError as error:
-            answers.append(error)
-    return answers
+
+    def together(
+        solver: PanelSolver, cases: Sequence[tuple[DamperLayout, Array]]
+    ) -> list[StretchedResponse | LinearisationError]:
+        sets = {layout.patches for layout, _ in cases}
+        panels = {patches: StretchedPanel(solver, stretching, patches) for patches in sets}
+        answers: list[StretchedResponse | LinearisationError] = []
+        for layout, gamma in cases:
+            try:
+                answers.append(panels[layout.patches].response(layout, gamma))
+            except LinearisationError as error:
+                answers.append(error)
+        return answers
+
+    return by_force(solver, cases, together)
