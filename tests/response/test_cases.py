@@ -6,8 +6,8 @@ import numpy as np
 
 from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.response.cases import (
-    BalanceCheck,
     ResponseScenario,
+    balance_of,
     heaviest_dampers,
     plan_cases,
 )
@@ -79,7 +79,7 @@ def test_the_power_balance_of_a_scenario_is_that_at_its_level_and_its_worst_line
         equivalent_damping=np.zeros((1, 120)),
         apparent_mass=np.zeros((1, 120)),
     )
-    assert BalanceCheck(panel).error(response, 2.5) == 3e-9
+    assert balance_of(panel)(response, 2.5) == 3e-9
     np.testing.assert_array_equal(given["frequency"], [21, 61, 101])
     np.testing.assert_array_equal(given["spectrum"], 10 * given["frequency"])
 
@@ -109,16 +109,16 @@ def plan_of(*models, dead_weight=True):
 def test_masses_that_do_not_damp_are_solved_once_for_each_set_of_masses():
     heavy, alike, unknown = Model(6.0, float), Model(6.0, float), Model(np.nan, float)
     plan = plan_of(heavy, alike, unknown)
-    dead = [key[2] for key in plan.keys[1:]]
+    dead = [row[4] for row in plan.rows[1:]]
     assert dead[0] == dead[1] and dead[2] is None
-    assert plan.keys[0][2] is None
+    assert plan.rows[0][4] is None
     layout = plan.layouts[dead[0]]
     assert isinstance(layout, DamperLayout) and not layout.with_motion and layout.factor == 2.5
     assert [load.patch for load in layout.dampers] == [1, 2]  # both elements of the patch
     damping, mass, inside = layout.dampers[0].damping(np.array([20.0, 50.0]), 3.0)
     assert not damping.any() and mass.tolist() == [6.0, 6.0] and inside.all()
     assert not layout.dampers[0].depends_on_acceleration
-    assert all(key[2] is None for key in plan_of(heavy, dead_weight=False).keys)
+    assert all(row[4] is None for row in plan_of(heavy, dead_weight=False).rows)
     alone = plan.response_alone().layouts.values()
     assert not any(layout.with_motion or layout.with_slope for layout in alone)
 
@@ -127,7 +127,7 @@ def test_slopes_are_solved_where_a_damper_has_errors():
     exact, uncertain = Model(6.0, float), Model(6.0, float)
     uncertain.nodes = np.ones(1)
     plan = plan_of(exact, uncertain)
-    own = [plan.layouts[key[0]] for key in plan.keys[1:]]
+    own = [plan.layouts[row[2]] for row in plan.rows[1:]]
     assert [layout.with_slope for layout in own] == [False, True]
 
 
@@ -145,7 +145,7 @@ def test_one_unknown_mass_leaves_no_dead_weight_and_one_uncertain_damper_has_slo
     known, unknown = Model(6.0, float), Model(np.nan, float)
     unknown.nodes = np.ones(1)
     plan = two_patches(known, unknown)
-    assert plan.keys[0][2] is None
-    assert plan.layouts[plan.keys[0][0]].with_slope
-    assert two_patches(known, known).keys[0][2] is not None
+    assert plan.rows[0][4] is None
+    assert plan.layouts[plan.rows[0][2]].with_slope
+    assert two_patches(known, known).rows[0][4] is not None
     assert ResponseScenario("bare", "bare", 150.0, 1.0).is_bare

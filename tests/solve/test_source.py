@@ -11,12 +11,12 @@ from pidpanel.solve.excitation import ModalForce, Superposition
 from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.solvers import Request
 from pidpanel.solve.source import (
-    particle_force,
     PatchParts,
     elements_of_patch,
     interpolated_load,
     mean_coherence,
     own_force_load,
+    particle_force,
 )
 
 SIDE = 0.2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
 
-from pidpanel.sound.chebyshev import interpolation, unit_nodes
+from pidpanel.sound.wavenumber_table import interpolation, unit_nodes
 
 
 def test_nodes_are_the_zeros_of_the_polynomial():

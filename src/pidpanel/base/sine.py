@@ -83,7 +83,7 @@ GRID = 60  # Γ at which the damping of a load is taken; linear in ln Γ between
 # Largest Γ over the amplitude of the supports: dampers limit the highest motion
 RANGE = (1e-2, 1e3)
 
-TOLERANCE, STEPS = 1e-6, 60  # tolerance of ln Γ, and most steps on a line
+TOLERANCE = 1e-6  # of ln Γ
 
 # Steps of ln Γ in the search for another motion when that of the line before has ended
 JUMPS = np.linspace(-2.5, 2.5, 11)
@@ -163,7 +163,7 @@ def sweep(
                 return np.log(amplitude_g * ratio)
 
             start = approach(outcome, x) if number == 0 else x
-            followed, residual[line] = iterate(outcome, start, TOLERANCE, STEPS)
+            followed, residual[line] = iterate(outcome, start, TOLERANCE)
             if residual[line] <= TOLERANCE:
                 x = followed
             else:  # the motion that was followed has ended
@@ -177,7 +177,7 @@ def _other_motion(outcome: Map, x: Array) -> tuple[Array, float]:
     try:
         solutions = find_motions([outcome], [x + step for step in JUMPS], TOLERANCE)
     except NotConverged:
-        return iterate(outcome, x, TOLERANCE, STEPS)
+        return iterate(outcome, x, TOLERANCE)
     stable = [solution for solution in solutions if solution.stable]
     nearest = min(
         stable or solutions, key=lambda solution: float(np.abs(solution.log_gamma - x).max())

@@ -120,6 +120,7 @@ def write_record(
     real, imaginary = record.amplitude.real.astype(single), record.amplitude.imag.astype(single)
     at_cells, at_points = record.at_cells.astype(single), record.at_points.astype(single)
     meaning = "of the walls on the particles, per area"
+    settings = (record.interval, record.first, record.settled)
     dataset = xr.Dataset(
         {
             "frequency": variable("tone", record.frequency, "Hz"),
@@ -129,10 +130,8 @@ def write_record(
             "displacement_at_points": variable("row point", at_points, "m"),
             "impulse": variable("row cell", record.impulse, "N s/m2", meaning),
         },
-        attrs=dict(attributes),
+        attrs={**attributes, **dict(zip(NUMBERS, settings, strict=True))},
     )
-    settings = (record.interval, record.first, record.settled)
-    dataset.attrs |= dict(zip(NUMBERS, settings, strict=True))
     with durable.replacing(path) as draft:
         dataset.to_netcdf(draft, engine="scipy")
 

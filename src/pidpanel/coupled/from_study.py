@@ -321,12 +321,10 @@ def estimate_tables(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame
     )
 
     def long_table(axis: Array, columns: Mapping[str, Array]) -> pd.DataFrame:
-        frames = []
-        for p, name in enumerate(points):
-            first = {"scenario": scenario, "point": name, "frequency_hz": axis}
-            of_point = {column: values[:, p] for column, values in columns.items()}
-            frames.append(pd.DataFrame(first | of_point))
-        return pd.concat(frames)
+        names = ["scenario", "point", "frequency_hz"]
+        index = pd.MultiIndex.from_product([[scenario], points, axis], names=names)
+        values = {name: array.T.ravel() for name, array in columns.items()}
+        return pd.DataFrame(values, index).reset_index()
 
     third_octaves = {
         "g_rms": band_rms(frequency, psd, edge),

@@ -11,7 +11,7 @@ from pidpanel.coupled.force_record import samples
 from pidpanel.coupled.impedance import ImpedanceSums
 from pidpanel.coupled.linear import linear_motion
 from pidpanel.coupled.own_force import own_force_sums
-from pidpanel.coupled.spectra import Segments, band_sums, pressure_segments, segment_spectra
+from pidpanel.coupled.spectra import band_sums, pressure_segments, segment_spectra
 
 # Length of a segment [s], or half a record that is shorter than two: 2 Hz resolve a resonance of
 # 65 Hz with ζ = 3 %.
@@ -51,39 +51,29 @@ class RecordSegments:
     """Spectra of the segments of one record, and of a linear panel under the same forces."""
 
     def __init__(self, panel: CoupledPanel, record: SettledRecord, band: tuple[float, float]):
-        self._panel, self._record, self._band = panel, record, band
+        self._panel, self._record = panel, record
         self._cells = len(panel.at_cells)
         rows = np.concatenate([record.at_cells, record.at_points], axis=1)
-        motion = self._segments_of(rows[record.settled :])
-        self.frequency, self.resolution = motion.frequency, motion.resolution
-        self.count = len(motion.values)
+        self._segmentation = record.interval, record.segment, band
+        settled = rows[record.settled : -1], record.impulse[record.settled :]
+        self.frequency, self.recorded = segment_spectra(settled[0], *self._segmentation)
+        self.pressure = pressure_segments(settled[1], *self._segmentation)
+        self.resolution = float(self.frequency[1] - self.frequency[0])
+        self.count = len(self.recorded)
         self._omega = 2j * np.pi * self.frequency[:, None]
-        self.velocity = self._omega * motion.values[:, :, : self._cells]
-        self.recorded = motion.values
-        self.pressure = pressure_segments(
-            record.impulse[record.settled :], record.interval, record.segment, band
-        ).values
-
-    def _segments_of(self, settled: Array) -> Segments:
-        record = self._record
-        return segment_spectra(settled[:-1], record.interval, record.segment, self._band)
+        self.velocity = self._omega * self.recorded[:, :, : self._cells]
 
     def linear_motion(self, impedances: Sequence[Impedance]) -> Complexes:
         """Return the spectra of the motion of cells and points with linear dampers."""
         record, panel = self._record, self._panel
         observed = np.concatenate([panel.at_cells, panel.points])
         load = cell_load(panel, record.frequency, impedances)
+        cells = panel.at_cells.T
         amplitude = linear_motion(
-            record.frequency,
-            panel.modal,
-            panel.added,
-            panel.at_cells.T,
-            observed,
-            load,
-            record.amplitude,
+            record.frequency, panel.modal, panel.added, cells, observed, load, record.amplitude
         )
         settled = samples(amplitude, record.first, record.rows - record.settled)
-        return self._segments_of(settled).values
+        return segment_spectra(settled[:-1], *self._segmentation)[1]
 
     def impedance_sums(self, motion: Complexes, patch: int, edge: Array) -> ImpedanceSums:
         """Return the cross-spectra of a patch with a linear motion as instrument."""

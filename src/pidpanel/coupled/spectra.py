@@ -1,6 +1,5 @@
 """Spectra of overlapping segments of a record (Welch 1967)."""
 
-from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -10,23 +9,14 @@ from pidpanel.arrays import Array, Complexes
 Values = TypeVar("Values", Array, Complexes)
 
 
-@dataclass(frozen=True)
-class Segments:
-    """Fourier coefficients of segments, e^{iωt}, scaled so that the mean of |x|² is a PSD."""
-
-    frequency: Array  # (nf,) [Hz]
-    values: Complexes  # (segments, nf, columns) [unit/√Hz]
-
-    @property
-    def resolution(self) -> float:
-        """Distance of the lines [Hz]."""
-        return float(self.frequency[1] - self.frequency[0])
-
-
 def segment_spectra(
     rows: Array, interval: float, length: int, band: tuple[float, float]
-) -> Segments:
-    """Return the spectra of the columns of a record in Hann windows that overlap by half."""
+) -> tuple[Array, Complexes]:
+    """Return the spectra of the columns of a record in Hann windows that overlap by half.
+
+    The lines (nf,) [Hz], and the Fourier coefficients (segments, nf, columns) [unit/√Hz], e^{iωt},
+    scaled so that the mean of |x|² is a PSD.
+    """
     window = np.hanning(length + 2)[1:-1]
     scale = np.sqrt(2 * interval / (window @ window))
     frequency = np.fft.rfftfreq(length, interval)
@@ -38,21 +28,21 @@ def segment_spectra(
         part = rows[start : start + length]
         tapered = (part - part.mean(axis=0)) * window[:, None]
         values.append(np.fft.rfft(tapered, axis=0)[inside] * scale)
-    return Segments(np.asarray(frequency[inside], dtype=np.float64), np.array(values))
+    return np.asarray(frequency[inside], dtype=np.float64), np.array(values)
 
 
 def pressure_segments(
     impulse: Array, interval: float, length: int, band: tuple[float, float]
-) -> Segments:
+) -> Complexes:
     """Return the spectra of the force per area whose impulse since the start is given.
 
     The difference of two rows is the mean over the time between them: sinc(fΔ) times a tone half
     an interval later.
     """
-    mean = segment_spectra(np.diff(impulse, axis=0) / interval, interval, length, band)
-    delay = mean.frequency * interval
+    frequency, mean = segment_spectra(np.diff(impulse, axis=0) / interval, interval, length, band)
+    delay = frequency * interval
     factor = np.exp(-1j * np.pi * delay) / np.sinc(delay)
-    return Segments(mean.frequency, mean.values * factor[:, None])
+    return mean * factor[:, None]
 
 
 def band_sums(frequency: Array, values: Values, edge: Array, axis: int = 0) -> Values:

@@ -17,7 +17,7 @@ from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.excitations import STATIC_TOLERANCE
 from pidpanel.optimise.objectives import Objective
 from pidpanel.optimise.places import PlacedPanel
-from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
+from pidpanel.optimise.reduced_panel import ReducedPanel
 from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.lines import frequency_grid, smallest_damping_ratio
 from pidpanel.solve.model import ModalBasis
@@ -88,19 +88,6 @@ def reduced(
         lines, modal, panel.patches, objective.rows(panel.motion_at_points),
         excitation, panel.air, outputs=objective.outputs(lines), rank=fidelity.rank,
     )  # fmt: skip
-
-
-def joint_panel(
-    panels: Sequence[PlacedPanel],
-    objective: Objective,
-    fidelity: Fidelity,
-    fillings: Sequence[FilledDamper],
-    mass: float,
-) -> JointPanel:
-    """Return the panel under each excitation; see `reduced`."""
-    return JointPanel(
-        tuple(reduced(panel, objective, fidelity, fillings, mass) for panel in panels)
-    )
 
 
 def _bare_ratio(panel: PlacedPanel) -> float:

@@ -22,7 +22,6 @@ from pidpanel.optimise.fidelity import (
     FIDELITIES,
     Fidelity,
     first_fidelity,
-    joint_panel,
     reduced,
 )
 from pidpanel.optimise.objectives import (
@@ -199,16 +198,14 @@ def excited_panels(study: Study, files: Files) -> dict[str, ExcitedPanel]:
     """Return the panel under each excitation of the search."""
     section = section_of(study)
     panels: dict[str, ExcitedPanel] = {}
-    with_strains = section.objective == "stress"
+    with_strains, basis = section.objective == "stress", read_basis(files.modes)
+    basis = with_points(basis, _further_points(section, basis))
     for name in counted_excitations(study):
         if name == "sound":
             start = read_response_panel(study, files)
-            basis = with_points(start.basis, _further_points(section, start.basis))
             start = replace(start, basis=basis, point_refinement_error=0.0)
             panels[name] = SoundExcitedPanel(start, StudySound(study), with_strains)
         else:
-            basis = read_basis(files.modes)
-            basis = with_points(basis, _further_points(section, basis))
             shaker, mass = shakers_of(study)["random"], read_panel_mass(study, files.section)
             panels[name] = ShakerExcitedPanel(basis, shaker, mass, with_strains)
     return panels
@@ -243,7 +240,8 @@ class _Search(NamedTuple):
 
     def joint(self, panels: Sequence[PlacedPanel], fidelity: Fidelity) -> JointPanel:
         """Return the panel of the search."""
-        return joint_panel(panels, self.objective, fidelity, self.fillings, self.mass)
+        terms = self.objective, fidelity, self.fillings, self.mass
+        return JointPanel(tuple(reduced(panel, *terms) for panel in panels))
 
     def problem(self, panels: Sequence[PlacedPanel], fidelity: Fidelity) -> Problem:
         """Return the problem with the damping frozen."""

@@ -159,10 +159,7 @@ class PlacedPanel(ResponsePanel):
     @cached_property
     def motion_at_points(self) -> Array:
         """(n_points, 1, n): w alone, or (n_points, 6, n) with strains."""
-        if not self.with_strains:
-            return self.deflection_at_points
-        basis, w = self.basis, self.deflection_at_points
-        return np.concatenate([w, basis.curvature_at_points, basis.shear_at_points], axis=1)
+        return super().motion_at_points if self.with_strains else self.deflection_at_points
 
 
 def with_points(basis: PanelBasis, vertices: Index) -> PanelBasis:

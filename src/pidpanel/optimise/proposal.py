@@ -91,6 +91,7 @@ class Proposals:
         """Return a row per layout, the best first."""
         bare_value = float(self.problem.objective(self.problem.panel.bare))
         names = [f"{name}_reduction_db" for name in VARIANTS]
+        evaluated, finalists = self.problem.evaluated, self.finalists.values()
         rows = []
         for number, layout in enumerate(self.layouts):
             reductions = self._reductions(number)
@@ -109,15 +110,12 @@ class Proposals:
                         f"{test}_reduction_db": reductions.get(test, {}).get("reduction_db")
                         for test in EXCITATIONS
                     },
-                    "search_reduction_db": 10
-                    * np.log10(bare_value / self.problem.evaluated[layout]),
+                    "search_reduction_db": 10 * np.log10(bare_value / evaluated[layout]),
                     "dead_weight_reduction_db": dead,
                     "face_sheets_reduction_db": faces,
                     "damping_layer_reduction_db": layer,
                     "loses_to_dead_weight": worst["reduction_db"] < dead,
-                    "basis_error": max(
-                        finalists[number].basis_error for finalists in self.finalists.values()
-                    ),
+                    "basis_error": max(final[number].basis_error for final in finalists),
                     **dict(zip(names, self.variants_db[number].tolist(), strict=True)),
                 }
             )
@@ -141,50 +139,47 @@ class Proposals:
             for option, gamma in zip(layout, gammas.tolist(), strict=True):
                 filling = self.fillings[options.filling[option]]
                 x, y = places.centre[options.place[option]]
-                row = {
-                    "layout": name,
-                    "centre_x_m": x,
-                    "centre_y_m": y,
-                    "size_x_m": places.size[0],
-                    "size_y_m": places.size[1],
-                    "damper": filling.name,
-                    "fill_fraction": filling.fill_fraction,
-                    "mass_kg": options.mass[option],
-                    "acceleration_g": gamma,
-                }
-                rows.append(row)
+                rows.append(
+                    {
+                        "layout": name,
+                        "centre_x_m": x,
+                        "centre_y_m": y,
+                        "size_x_m": places.size[0],
+                        "size_y_m": places.size[1],
+                        "damper": filling.name,
+                        "fill_fraction": filling.fill_fraction,
+                        "mass_kg": options.mass[option],
+                        "acceleration_g": gamma,
+                    }
+                )
         return pd.DataFrame(rows)
 
     def point_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
         """Return a row per layout, excitation and point."""
-        rows = []
+        frames, index = [], np.arange(len(points))
         for excitation, name, finalist in self._in_order(front):
-            for index, point in enumerate(points):
-                bare, rms, dead = (
-                    float(answer.acceleration_rms[index] / STANDARD_GRAVITY)
-                    for answer in (finalist.bare, finalist.response, finalist.dead_weight)
-                )
-                row = {
-                    "layout": name,
-                    "excitation": excitation,
-                    "point": point,
-                    "counts": index in self.counted,
-                    "bare_rms_g": bare,
-                    "acceleration_rms_g": rms,
-                    "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
-                    "dead_weight_rms_g": dead,
-                }
-                rows.append(row)
-        return pd.DataFrame(rows)
+            bare, rms, dead = (
+                answer.acceleration_rms[index] / STANDARD_GRAVITY
+                for answer in (finalist.bare, finalist.response, finalist.dead_weight)
+            )
+            columns = {
+                "layout": name,
+                "excitation": excitation,
+                "point": points,
+                "counts": np.isin(index, self.counted),
+                "bare_rms_g": bare,
+                "acceleration_rms_g": rms,
+                "acceleration_rms_error_g": rms * finalist.log_rms_error[index],
+                "dead_weight_rms_g": dead,
+            }
+            frames.append(pd.DataFrame(columns))
+        return pd.concat(frames)
 
     def psd_table(self, front: pd.DataFrame, points: Sequence[str]) -> pd.DataFrame:
         """Return PSDs of each layout, and of the bare panel as layout 0."""
         answers = [(test, 0, rows[0].bare) for test, rows in self.finalists.items()]
         frames = []
-        answers += [
-            (excitation, name, finalist.response)
-            for excitation, name, finalist in self._in_order(front)
-        ]
+        answers += [(test, name, final.response) for test, name, final in self._in_order(front)]
         for excitation, name, answer in answers:
             psd = answer.acceleration_psd / STANDARD_GRAVITY**2
             for index, point in enumerate(points):

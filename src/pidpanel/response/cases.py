@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -107,10 +107,9 @@ Loads = Sequence[tuple[int, FilledDamper]]  # dampers with their carriers in the
 class CasePlan:
     """Cases to be solved."""
 
-    # Every scenario, and its dampers with their carriers
-    rows: Sequence[tuple[ResponseScenario, Loads]]
-    # Keys of its own layout, of the bare panel and of the dead weight
-    keys: Sequence[tuple[Hashable, Hashable, Hashable]]
+    # Every scenario, its dampers with their carriers, and the keys of its own layout, of the bare
+    # panel and of the dead weight
+    rows: Sequence[tuple[ResponseScenario, Loads, Hashable, Hashable, Hashable]]
     layouts: Mapping[Hashable, DamperLayout]
 
     def response_alone(self) -> CasePlan:
@@ -130,7 +129,6 @@ class CasePlan:
         layouts = self.layouts
         together = solve_with(solver, list(layouts.values()), motions)
         answers = dict(zip(layouts, together, strict=True))
-        rows = zip(self.rows, self.keys, strict=True)
         return [
             SolvedCase(
                 scenario=scenario,
@@ -141,7 +139,7 @@ class CasePlan:
                 dampers=[damper for _, damper in loads],
                 dead_weight=None if dead is None else steady(answers[dead]),
             )
-            for (scenario, loads), (key, bare, dead) in rows
+            for scenario, loads, key, bare, dead in self.rows
         ]
 
 
@@ -159,13 +157,13 @@ def plan_cases(
         Whether to include the same masses without damping, once for each distinct set of
         patches, masses and level.
     """
-    rows = [(scenario, loads_of(panel, scenario)) for scenario in scenarios]
     # the bare panel once a level, dead weight once for each set of masses and level
-    keys: list[tuple[Hashable, Hashable, Hashable]] = []
+    rows: list[tuple[ResponseScenario, Loads, Hashable, Hashable, Hashable]] = []
     layouts: dict[Hashable, DamperLayout] = {}
-    for scenario, loads in rows:
-        bare: Hashable = scenario.factor
-        key, dead = bare, None
+    for scenario in scenarios:
+        loads, bare = loads_of(panel, scenario), scenario.factor
+        key: Hashable = bare
+        dead: Hashable = None
         layouts.setdefault(bare, DamperLayout((), scenario.factor))
         if loads:
             key = scenario.label
@@ -174,8 +172,8 @@ def plan_cases(
             if dead_weight and np.isfinite([mass for _, mass in masses]).all():
                 dead = (masses, scenario.factor)
                 layouts.setdefault(dead, _dead_weight(masses, scenario.factor))
-        keys.append((key, bare, dead))
-    return CasePlan(rows, keys, layouts)
+        rows.append((scenario, loads, key, bare, dead))
+    return CasePlan(rows, layouts)
 
 
 def heaviest_dampers(panel: ResponsePanel, scenarios: Sequence[ResponseScenario]) -> Array:
@@ -211,32 +209,27 @@ def resolve(panel: ResponsePanel, mass: Array) -> ResponsePanel:
     return replace(panel, least_damping_ratio=max(ratio, min(smallest, damping_ratio)))
 
 
-class BalanceCheck:
-    """The power balance of scenarios of a panel, on some lines."""
+def balance_of(panel: ResponsePanel) -> Callable[[LayoutResponse, float], float]:
+    """Return a function for the largest error of the power balance of a response [1].
 
-    def __init__(self, panel: ResponsePanel) -> None:
-        self._panel = panel
-        count = int(np.clip(BALANCE_WORK / len(panel.basis.modal_mass) ** 3, *BALANCE_LINES))
-        step = max(1, len(panel.frequency) // count)
-        self._lines = slice(step // 2, None, step)
-        frequency = panel.frequency[self._lines]
-        self._force = panel.excitation(frequency)
-        self._air = None if panel.air is None else panel.air(frequency)
+    Its arguments are the response, and the factor on the PSD of the excitation.
+    """
+    count = int(np.clip(BALANCE_WORK / len(panel.basis.modal_mass) ** 3, *BALANCE_LINES))
+    step = max(1, len(panel.frequency) // count)
+    lines = slice(step // 2, None, step)
+    frequency = panel.frequency[lines]
+    force, spectrum = panel.excitation(frequency), panel.excitation.spectrum(frequency)
+    air = None if panel.air is None else panel.air(frequency)
 
-    def error(self, response: LayoutResponse, factor: float) -> float:
-        """Return the largest error of the power balance of a response [1]."""
-        panel, lines = self._panel, self._lines
+    def error(response: LayoutResponse, factor: float) -> float:
+        patches = panel.carrier_patches.subset(response.patches.tolist())
+        damping, mass = response.equivalent_damping[:, lines], response.apparent_mass[:, lines]
         balance = power_balance(
-            panel.frequency[lines],
-            panel.modal,
-            panel.carrier_patches.subset(response.patches.tolist()),
-            factor * panel.excitation.spectrum(panel.frequency[lines]),
-            self._force,
-            response.equivalent_damping[:, lines],
-            response.apparent_mass[:, lines],
-            self._air,
+            frequency, panel.modal, patches, factor * spectrum, force, damping, mass, air
         )
         return float(balance.error.max())
+
+    return error
 
 
 def loads_of(panel: ResponsePanel, scenario: ResponseScenario) -> Loads:

@@ -53,8 +53,8 @@ class Curve:
     node: int  # number of the point, from 1
     acceleration_psd: Array  # (nf,) one-sided [(m/s²)²/Hz]
     bare_psd: Array  # (nf,) the same of the bare panel under the same excitation
-    doubts: str = ""  # why it is not to be trusted; empty where it is
     log_error: Array | None = None  # (nf,) standard error of ln of the PSD
+    doubts: str = ""  # why it is not to be trusted; empty where it is
     subcase: int = 1  # number of the damping model and scenario, from 1
 
     @property
@@ -194,16 +194,11 @@ def write_exports(
         label = scenario.label
         if not is_steady(psd, label):
             continue
-        case, bare = (
-            psd.sel(scenario=label),
-            psd["acceleration_psd"].sel(scenario=scenario.bare_label),
-        )
+        case, bare = psd.sel(scenario=label), psd.sel(scenario=scenario.bare_label)
         subcase += 1
-        series = case["acceleration_psd"], bare, case["acceleration_psd_log_error"]
-        for node, point in enumerate(points, start=1):
-            values, bare_values, error = (data.sel(point=point).to_numpy() for data in series)
-            reason = doubts[label]
-            curves.append(Curve(label, point, node, values, bare_values, reason, error, subcase))
+        psds = [values["acceleration_psd"] for values in (case, bare)]
+        series = [*psds, case["acceleration_psd_log_error"]]
+        curves += _curves(label, points, series, doubts[label], subcase)
         write_csv(folder / f"psd_{label}.csv", _psd_columns(case, frequency, points), 7)
         if not scenario.is_bare:
             in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
@@ -239,19 +234,26 @@ def write_base_exports(
         case = psd.sel(scenario=label, input=motion)
         if case["absolute_acceleration_psd"].isnull().any():
             continue
-        bare = psd["absolute_acceleration_psd"].isel(scenario=0).sel(input=motion)
+        bare = psd.isel(scenario=0).sel(input=motion)
         name = label if motion == "stated" else f"{label}, {motion}"
         source = case["input_psd"].to_numpy()
         curves.append(Curve(name, SUPPORTS, 0, source, source, subcase=subcase))
-        for node, point in enumerate(points, start=1):
-            values, bare_values, error = (
-                data.sel(point=point).to_numpy()
-                for data in (case["absolute_acceleration_psd"], bare, case["log_error"])
-            )
-            reason = doubts[label, motion]
-            curves.append(Curve(name, point, node, values, bare_values, reason, error, subcase))
+        psds = [values["absolute_acceleration_psd"] for values in (case, bare)]
+        series = [*psds, case["log_error"]]
+        curves += _curves(name, points, series, doubts[label, motion], subcase)
     bands = _write_curves(frequency, curves, title, position, folder)
     write_csv(folder / "third_octaves.csv", bands)
+
+
+def _curves(
+    name: str, points: Sequence[str], series: Sequence[xr.DataArray], doubts: str, subcase: int
+) -> list[Curve]:
+    """Return the curves of a case at the points: its PSD, that of the bare panel, and the error."""
+    curves = []
+    for node, point in enumerate(points, start=1):
+        psd, bare, error = (data.sel(point=point).to_numpy() for data in series)
+        curves.append(Curve(name, point, node, psd, bare, error, doubts, subcase))
+    return curves
 
 
 def _write_curves(

@@ -30,6 +30,7 @@ from pidpanel.solve.excitation import Matrices
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import (
+    air_of,
     excitation_of,
     modal_force_at,
     read_air,
@@ -51,7 +52,7 @@ class StudySound:
         """Return the excitation of a basis, and the air on it where there is some."""
         tables = sound_tables(self.study, basis, air=air is not None)
         excitation = excitation_of(self.study.acoustics, tables[MODAL_FORCE])
-        return excitation, None if air is None else air.with_tables(tables)
+        return excitation, None if air is None else air_of(self.study, tables)
 
     def force_at(self, frequency: float, basis: PanelBasis) -> Matrices:
         """Return G (n, n) [m⁴] of a basis at a frequency [Hz]."""

@@ -41,11 +41,7 @@ def map_dataset(
     position = variable("vertex axis", vertex_position, "m", "vertices of the mesh")
     variables["vertex_position"] = position
     variables["cells"] = variable("cell corner", cells, "1", "vertex numbers")
-    coordinates = {
-        "scenario": ("case", list(maps)),
-        "layer": list(layers),
-    }
-    return xr.Dataset(variables, coordinates)
+    return xr.Dataset(variables, {"scenario": ("case", list(maps)), "layer": list(layers)})
 
 
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
@@ -128,9 +124,8 @@ def _error_of_points(psd: xr.Dataset, label: str) -> float:
     case = psd.sel(scenario=label)
     if "acceleration_psd_log_error" not in psd:
         return np.nan
-    values = case["acceleration_psd"].to_numpy()
+    values, lines = case["acceleration_psd"].to_numpy(), case["frequency"].to_numpy()
     log_error = case["acceleration_psd_log_error"].to_numpy()
-    lines = case["frequency"].to_numpy()
     total = np.trapezoid(values, lines, axis=0)
     moving = total > 0
     error = np.trapezoid(values * log_error, lines, axis=0)[moving] / (2 * total[moving])

@@ -13,7 +13,7 @@ from pidpanel.arrays import Array
 from pidpanel.panel.matrices import Stretching
 from pidpanel.provenance.files import Files
 from pidpanel.response import tables
-from pidpanel.response.cases import BalanceCheck, ResponseScenario, SolvedCase
+from pidpanel.response.cases import ResponseScenario, SolvedCase, balance_of
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
     broadband_error_of,
@@ -66,11 +66,7 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: File
     ):
         rows.add(case, basis_error, mesh)
     labels = [scenario.label for scenario in tabulation.scenarios]
-    axes = {
-        "frequency": panel.frequency,
-        "scenario": labels,
-        "point": basis.point_names,
-    }
+    axes = {"frequency": panel.frequency, "scenario": labels, "point": basis.point_names}
     summary = pd.concat(rows.summary, ignore_index=True)
     summary = judged(tabulation.scenarios, summary, tabulation.coupled_accuracy)
     write_csv(output.summary, summary)
@@ -124,7 +120,7 @@ class _Rows:
     def __init__(self, checked: CheckedResponses, tabulation: Tabulation) -> None:
         self._panel = panel = checked.panel
         self._tabulation = tabulation
-        self._balance = BalanceCheck(panel)
+        self._balance_error = balance_of(panel)
         self._full = _full_responses(checked)
         self._stretched = StretchedCases(
             checked.solver, tabulation.stretching, checked.cases, tabulation.thickness
@@ -208,7 +204,7 @@ class _Rows:
             response,
             case.bare,
             thickness=self._tabulation.thickness,
-            power_balance_error=self._balance.error(response, case.layout.factor),
+            power_balance_error=self._balance_error(response, case.layout.factor),
             full=self._full.get(case.scenario.label, response.response),
             read_at_g=read_at,
             patch_motion_g=motion,

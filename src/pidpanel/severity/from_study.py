@@ -1,10 +1,8 @@
 """Tables of a study's severity from its PSDs: the only module of the stage that reads it."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
-import xarray as xr
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.provenance.digests import stamp
@@ -52,10 +50,12 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     oscillators: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
     rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in COLUMNS}
-    for where, case in _steady_cases(psd):
-        points = [str(name) for name in case["point"].to_numpy()]
-        values = case["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
-        case_key = tuple(where.values())
+    points = [str(name) for name in psd["point"].to_numpy()]
+    for scenario in psd["scenario"].to_numpy().astype(str).tolist():
+        if not is_steady(psd, scenario):
+            continue
+        where, case_key = {"scenario": scenario}, (scenario,)
+        values = psd.sel(where)["acceleration_psd"].to_numpy() / STANDARD_GRAVITY**2
         error = relative.loc[case_key].reindex(points).fillna(0.0).to_numpy()
         rms = response_spectrum(frequency, values, natural, severity.quality)
         approximate = miles(frequency, values, natural, severity.quality)
@@ -95,11 +95,3 @@ def strengths(section: Strengths | None) -> tuple[LayerStrength | None, tuple[fl
         None if layers is None else LayerStrength(*dict(layers).values()),
         None if core is None else (core.shear_xz_mpa, core.shear_yz_mpa),
     )
-
-
-def _steady_cases(psd: xr.Dataset) -> Iterator[tuple[dict[str, str], xr.Dataset]]:
-    """Yield the scenarios with a response."""
-    for scenario in psd["scenario"].to_numpy().tolist():
-        if is_steady(psd, scenario):
-            where = {"scenario": str(scenario)}
-            yield where, psd.sel(where)

@@ -228,9 +228,8 @@ def pressure_errors(
         answer = np.stack([motion.of_basis for motion in motions])  # (n_scenarios, n, n_points)
         (force,) = force_of_basis(np.array([frequency]))
         in_basis = np.sum(answer * (force @ answer.conj()), axis=1).real
-        columns = np.hstack(
-            [part for motion in motions for part in (motion.whole.real, motion.whole.imag)]
-        )
+        wholes = [motion.whole for motion in motions]
+        columns = np.hstack([part for whole in wholes for part in (whole.real, whole.imag)])
         moved = replace(
             basis,
             quadrature_position=plate.quadrature_position,
@@ -243,11 +242,10 @@ def pressure_errors(
         force = force_at(frequency, moved)
         blocks = np.arange(columns.shape[1]).reshape(len(motions), 2, -1)
         real, imag = blocks[:, 0], blocks[:, 1]
-        psd = (
-            force[real, real] + force[imag, imag] + 1j * (force[imag, real] - force[real, imag])
-        ).real  # (n_scenarios, n_points)
-        moves = psd > 0  # a point on a support does not
-        ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=moves)
+        cross = force[imag, real] - force[real, imag]
+        psd = (force[real, real] + force[imag, imag] + 1j * cross).real  # (n_scenarios, n_points)
+        # a point on a support does not move
+        ratio = np.divide(in_basis, psd, out=np.ones_like(psd), where=psd > 0)
         return np.asarray(np.abs(ratio - 1).max(axis=1, initial=0.0))
 
     return errors

@@ -254,14 +254,12 @@ def _response(
     inside: Flags,
     answer: PanelResponse,
 ) -> LayoutResponse:
-    factor = layout.factor
-    count = len(layout.dampers)
+    count, root = len(layout.dampers), np.sqrt(layout.factor)
     rms, cells = np.full(count, np.nan), np.full((count, 2), np.nan)
     if layout.dampers and layout.with_motion:
         rms, cells = _final_motion(solver, layout, motion)
-    root = np.sqrt(factor)
     return LayoutResponse(
-        response=answer.scaled(factor),
+        response=answer.scaled(layout.factor),
         patches=np.array(layout.patches, dtype=np.int64),
         acceleration_g=motion.gamma,
         patch_acceleration_g=sine_accelerations_g(root * rms),
@@ -324,7 +322,6 @@ class _LogMotion:
 
     def __init__(self, layout: DamperLayout, motions: Motions, searched: Index) -> None:
         self._layout, self._motions, self._searched = layout, motions, searched
-        self._gamma = np.full(len(layout.dampers), np.nan)
         self._value, self._mass = np.empty((2, len(layout.dampers), motions.frequency.size))
         for index, damper in enumerate(layout.dampers):
             if index not in searched:  # is read once

@@ -43,6 +43,8 @@ DEPTH = 6  # depth of Anderson's method: more does not help within the twenty st
 
 LARGEST_STEP = math.log(2)  # largest step of ln Γ: longer ones jump over solutions near a start
 
+STEPS = 60  # most steps of Anderson's method
+
 STEP = 0.02  # step of ln Γ in the Jacobian for stability
 
 
@@ -76,7 +78,6 @@ def find_motions(
     maps: Sequence[Map],
     starts: Sequence[Array],
     tolerance: float = 1e-6,
-    max_steps: int = 60,
     aim: float | None = None,
 ) -> list[Solution]:
     """Return the distinct solutions of F(x) = x found from the starts, smallest motion first.
@@ -90,17 +91,15 @@ def find_motions(
     """
     coarse = maps[-1]
     enough = aim or (tolerance / 10 if len(maps) == 1 else DISTINCT / 10)
-    ends = [iterate(coarse, approach(coarse, start), enough, max_steps) for start in starts]
+    ends = [iterate(coarse, approach(coarse, start), enough) for start in starts]
     near = [x for x, residual in ends if residual <= max(enough, tolerance)]
-    solved_ends = [
-        _on_more_lines(maps[0], maps[1:], x, tolerance, max_steps) for x in _distinct(near)
-    ]
+    solved_ends = [_on_more_lines(maps[0], maps[1:], x, tolerance) for x in _distinct(near)]
     x, residual = min(solved_ends or ends, key=lambda end: end[1])
     solved_ends = [end for end in solved_ends if end[1] <= tolerance]
     if not solved_ends:
         raise NotConverged(
             f"the largest |ln(Γ_out/Γ)| of {x.size} loads is {residual:.3g} near Γ = "
-            f"{math.exp(x.min()):.3g} to {math.exp(x.max()):.3g} after {max_steps} steps from "
+            f"{math.exp(x.min()):.3g} to {math.exp(x.max()):.3g} after {STEPS} steps from "
             f"each of {len(starts)} starts, more than {tolerance:g}: does C_e or m_a jump with Γ?"
         )
     distinct = _distinct([x for x, _ in solved_ends])
@@ -115,7 +114,7 @@ def find_motions(
     )
 
 
-def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Array:
+def approach(F: Map, start: Array, near: float = 0.1) -> Array:
     """Return an x near the solution that is next to a start, where |F(x) − x| is small.
 
     Each load takes a secant step of its own, at most a factor of two of Γ, so that a load which
@@ -124,7 +123,7 @@ def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Ar
     """
     x = np.asarray(start, dtype=np.float64)
     value, slope = F(x), np.zeros(x.shape)
-    for _ in range(max_steps):
+    for _ in range(20):
         surplus = value - x
         if np.max(np.abs(surplus)) < near:
             break
@@ -136,7 +135,7 @@ def approach(F: Map, start: Array, near: float = 0.1, max_steps: int = 20) -> Ar
     return x
 
 
-def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Array, float]:
+def iterate(F: Map, start: Array, tolerance: float) -> tuple[Array, float]:
     """Return x and the largest |F(x) − x| where Anderson's method ends.
 
     Each step combines the ones before so that the surplus F(x) − x is least, and is cut to a
@@ -147,7 +146,7 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
     surplus = F(x) - x
     best_x, best_surplus, damped = x, surplus, 1.0
     steps: list[tuple[Array, Array]] = []  # differences of x and of the surplus
-    for _ in range(max_steps):
+    for _ in range(STEPS):
         if np.max(np.abs(surplus)) <= tolerance:
             break
         move = damped * surplus
@@ -168,12 +167,10 @@ def iterate(F: Map, start: Array, tolerance: float, max_steps: int) -> tuple[Arr
     return best_x, float(np.max(np.abs(best_surplus)))
 
 
-def _on_more_lines(
-    F: Map, fewer: Sequence[Map], x: Array, tolerance: float, max_steps: int
-) -> tuple[Array, float]:
+def _on_more_lines(F: Map, fewer: Sequence[Map], x: Array, tolerance: float) -> tuple[Array, float]:
     """Return x and the largest |F(x) − x| from an x near a solution, with maps close to F."""
     if not fewer:
-        return iterate(F, x, tolerance, max_steps)
+        return iterate(F, x, tolerance)
     residual = math.inf
     for _ in range(8):
         value = F(x)
@@ -187,8 +184,8 @@ def _on_more_lines(
         def moved(x_near: Array, coarse: Map = coarse, offset: Array = offset) -> Array:
             return coarse(x_near) + offset
 
-        x, _ = _on_more_lines(moved, fewer[1:], x, max(tolerance, residual / 100) / 3, max_steps)
-    return iterate(F, x, tolerance, max_steps)
+        x, _ = _on_more_lines(moved, fewer[1:], x, max(tolerance, residual / 100) / 3)
+    return iterate(F, x, tolerance)
 
 
 def _distinct(solutions: Sequence[Array]) -> list[Array]:

@@ -105,9 +105,7 @@ class PanelSolver:
             )
             return root_mean_square(lines, (2 * np.pi * lines[:, None]) ** 4 * motion)
         solved_patches = {index for key in self._motions for index in key}
-        self.prepare(
-            [(index,) for index in range(panel.patches.count) if index not in solved_patches]
-        )
+        self.prepare([(p,) for p in range(panel.patches.count) if p not in solved_patches])
         rms = np.zeros(panel.patches.count)
         for key in sorted(self._motions, key=len, reverse=True):  # one patch alone comes last
             rms[list(key)] = self._motions[key].bare_acceleration_rms()
@@ -122,14 +120,10 @@ class PanelSolver:
         motions = self.motions(patches)
         for load, patch in enumerate(patches):
             inside = cells.parts.subset(np.flatnonzero(cells.patch == patch).tolist())
-            square = [
-                np.sum(factor * (covariance @ factor)) / area
-                for factor, area in zip(
-                    map(motions.coordinates.inverse.__matmul__, inside.factors(0.0)),
-                    inside.area,
-                    strict=True,
-                )
-            ]
+            square = []
+            for rows, area in zip(inside.factors(0.0), inside.area, strict=True):
+                factor = motions.coordinates.inverse @ rows
+                square.append(np.sum(factor * (covariance @ factor)) / area)
             if square:
                 extremes[load] = np.sqrt([min(square), max(square)])
         return extremes
@@ -168,26 +162,17 @@ class PanelSolver:
             If C_e is negative.
         """
         distinct = {request.key: request for request in requests}
-        answers = dict(zip(distinct, self._responses(list(distinct.values())), strict=True))
-        return [answers[request.key] for request in requests]
-
-    def _responses(self, requests: Sequence[Request]) -> list[PanelResponse]:
         frequency, (n_points, m, _) = self.panel.frequency, self.panel.points.shape
-        count = frequency.size
-        responses = [
-            PanelResponse(
-                frequency,
-                np.empty((count, n_points, m, m), complex),
-                np.empty((len(request.patches), count, n_points), complex)
-                if request.with_slope
-                else None,
-            )
-            for request in requests
-        ]
+        count, responses = frequency.size, {}
+        for key, request in distinct.items():
+            cross_psd, slope = np.empty((count, n_points, m, m), complex), None
+            if request.with_slope:
+                slope = np.empty((len(request.patches), count, n_points), complex)
+            responses[key] = PanelResponse(frequency, cross_psd, slope)
         chunks = chunks_of_lines(count, self.panel.patches.shapes)
 
         def part_of_range(lines: slice) -> list[PanelResponse]:
-            panels = self._on_lines(lines, [request.patches for request in requests])
+            panels = self._on_lines(lines, [request.patches for request in distinct.values()])
             return [
                 attach_dampers(
                     panels[request.patches],
@@ -195,18 +180,18 @@ class PanelSolver:
                     request.apparent_mass[:, lines],
                     request.with_slope,
                 )
-                for request in requests
+                for request in distinct.values()
             ]
 
         parts_of_range = map_in_forks(part_of_range, chunks)
         for lines, parts in zip(
             with_progress(chunks, "parts of the frequency range"), parts_of_range, strict=True
         ):
-            for response, part in zip(responses, parts, strict=True):
+            for response, part in zip(responses.values(), parts, strict=True):
                 response.cross_psd[lines] = part.cross_psd
                 if response.slope is not None:
                     response.slope[:, lines] = part.slope
-        return responses
+        return [responses[request.key] for request in requests]
 
     def _on_lines(self, lines: slice, sets: Sequence[Loaded]) -> dict[Loaded, BarePanel]:
         """Return what carries each set of patches on a chunk of lines."""

@@ -58,8 +58,13 @@ class Sensitivity:
 
     def standard_errors(self, covariance: Array) -> StandardErrors:
         """Return the standard errors for a covariance (k, k)."""
-        derivatives = (self.log_psd, self.log_rms, self.log_acceleration)
-        return StandardErrors(*(_standard_error(slope, covariance) for slope in derivatives))
+
+        def error(derivative: Array) -> Array:
+            flat = derivative.reshape(len(derivative), -1)
+            variance = np.sum(flat * (covariance @ flat), axis=0).reshape(derivative.shape[1:])
+            return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+        return StandardErrors(*map(error, (self.log_psd, self.log_rms, self.log_acceleration)))
 
 
 @dataclass(frozen=True)
@@ -69,12 +74,6 @@ class StandardErrors:
     log_psd: Array  # (nf, n_points) of ln S_a
     log_rms: Array  # (n_points,) of ln of the rms acceleration: its relative standard error
     log_acceleration: Array  # (n_loads,) of ln Γ
-
-
-def _standard_error(derivative: Array, covariance: Array) -> Array:
-    flat = derivative.reshape(len(derivative), -1)
-    variance = np.sum(flat * (covariance @ flat), axis=0).reshape(derivative.shape[1:])
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def sensitivity(
@@ -110,11 +109,8 @@ def sensitivity(
     local = _local(slope, psd, solver.panel.frequency, value)
     if further is not None:
         psd = np.hstack([psd, further.psd])
-        damping_slope, mass_slope = local
-        local = (
-            np.concatenate([damping_slope, further.of_damping], axis=2),
-            np.concatenate([mass_slope, further.of_mass], axis=2),
-        )
+        slopes = zip(local, (further.of_damping, further.of_mass), strict=True)
+        local = tuple(np.concatenate(parts, axis=2) for parts in slopes)
     # Γ held
     rows = _rows(local, by_node)  # (k, nf, points)
     log_acceleration = np.zeros((len(rows), len(loads)))
@@ -168,19 +164,17 @@ def _with_motion(
     return damping_slope, mass_slope
 
 
-def _rows(local: tuple[Array, Array], by_node: Array) -> Array:
+def _rows(local: Sequence[Array], by_node: Array) -> Array:
     """Return (k, nf, n_points) from A and B (n_loads, nf, n_points) and the nodes (n, nf)."""
     terms = np.stack(local, axis=1)[:, :, None] * by_node[:, :, None]  # load, A or B, node, line
     return terms.reshape(-1, *terms.shape[3:])
 
 
-def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, Array]:
+def _local(slope: Complexes, psd: Array, frequency: Array, damping: Array) -> tuple[Array, ...]:
     """Return A and B (n_loads, nf, n) of PSDs (nf, n) with the slopes t (n_loads, nf, n)."""
-    omega = 2 * np.pi * frequency[:, None]
-    inverse = _inverse(psd)
-    damping_slope = 2 * omega * damping[:, :, None] * slope.imag * inverse
-    mass_slope = 2 * omega**2 * slope.real * inverse
-    return damping_slope, mass_slope
+    omega, inverse = 2 * np.pi * frequency[:, None], _inverse(psd)
+    by_damping = 2 * omega * damping[:, :, None] * slope.imag * inverse
+    return by_damping, 2 * omega**2 * slope.real * inverse
 
 
 def _inverse(psd: Array) -> Array:

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -56,32 +56,8 @@ NODE_ERROR, CHECKED, MORE, ATTEMPTS, LARGEST_ERROR = 3e-4, 9, 1.5, 5, 0.01
 ROUNDING = 1e-9  # of A over its largest eigenvalue
 
 
-class Jumps(Protocol):
-    """Functions ψ of the jump, in blocks that do not interact; see `rectangle.RectangleJumps`."""
-
-    @property
-    def diameter(self) -> float:
-        """L of the panel [m]."""
-
-    @property
-    def wavenumber(self) -> float:
-        """κ of the waves that the functions resolve [rad/m]."""
-
-    @property
-    def reach(self) -> float:
-        """K [rad/m], to which P is tabulated."""
-
-    def means(self) -> list[Array]:
-        """Return P (count, n, n) [m⁴] at Chebyshev nodes up to K."""
-
-    def tails(self) -> list[Array]:
-        """Return ∫_K^∞ P κ² dκ (n, n) [m]."""
-
-    def couplings(self, panel: PanelQuadrature) -> list[Array]:
-        """Return C (n, n_shapes) [m²]."""
-
-    def waves(self, wavevector: Array) -> list[Complexes]:
-        """Return ∫ ψ exp(−iκ·x) dA (k, n) [m²] of wavevectors (k, 2) [rad/m]."""
+# Functions ψ of the jump, in blocks that do not interact.
+Jumps = RectangleJumps | OutlineJumps
 
 
 def jumps_of(vertices: Array, cells: Index, wavenumber: float) -> Jumps:
@@ -106,26 +82,22 @@ class FreePanel:
         """Tabulate A of functions for 0 ≤ k ≤ k_max [rad/m]."""
         from scipy.special import expn  # slow to import, and a check needs none
 
+        panel = cls(jumps, wavenumber_max, wall, [])
         reach = jumps.reach
         count = node_count(reach, jumps.diameter)
-        length = float(np.hypot(jumps.diameter, _image_distance(wall)))
-        nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, length))
+        nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, panel.length))
         static = _static(reach, count)
         # what a wall leaves of the part beyond K, which falls as κ⁻² without one
         beyond = 1 - expn(2, 2 * reach * min(wall, 1e3))
         moving = np.array([_moving(k, reach, count, wall) for k in nodes]) / (4 * np.pi)
-        operator = []
         for mean, tail in zip(jumps.means(), jumps.tails(), strict=True):
-            n = mean.shape[1]
-            flat = mean.reshape(count, -1)
+            flat, shape = mean.reshape(count, -1), (nodes.size, *mean.shape[1:])
             at_rest = (static @ flat + beyond * tail.ravel()) / (4 * np.pi)
-            even = at_rest - moving.real @ flat
-            odd = -(moving.imag / nodes[:, None]) @ flat
-            shape = (nodes.size, n, n)
-            _check_signs(even.reshape(shape)[-1], odd.reshape(shape)[[0, -1]])
-            table = WavenumberTable(wavenumber_max, nodes, even.reshape(shape), odd.reshape(shape))
-            operator.append(table)
-        return cls(jumps, wavenumber_max, wall, operator)
+            even = (at_rest - moving.real @ flat).reshape(shape)
+            odd = (-(moving.imag / nodes[:, None]) @ flat).reshape(shape)
+            _check_signs(even[-1], odd[[0, -1]])
+            panel.operator.append(WavenumberTable(wavenumber_max, nodes, even, odd))
+        return panel
 
     def impedance(self, wavenumber: float, couplings: list[Array]) -> Complexes:
         """Return Z (n, n) [m³] at k [rad/m] of shapes with these C; Im Z is positive."""
@@ -254,6 +226,14 @@ def tabulate_diffuse_room(
     return WavenumberTable(k_max, nodes, force, power=2), WavenumberTable(k_max, nodes, volume)
 
 
+def plane_wave_force(
+    panel: FreePanel, k: float, incidence: float, azimuth: float, couplings: list[Array]
+) -> Complexes:
+    """Return b bᴴ/4 (n, n) [m⁴] of the forces b of one plane wave of unit pressure."""
+    (force,) = panel.wave_forces(k, np.array([incidence]), np.array([azimuth]), couplings) / 2
+    return np.outer(force, force.conj())
+
+
 def tabulate_free_plane_wave(
     panel: FreePanel, face: PanelQuadrature, incidence: float, azimuth: float
 ) -> WavenumberTable:
@@ -262,11 +242,9 @@ def tabulate_free_plane_wave(
     The load is four times that per PSD of the wave's pressure.
     """
     couplings = panel.jumps.couplings(face)
-    direction = np.array([incidence]), np.array([azimuth])
 
     def values(k: float) -> tuple[Complexes]:
-        (force,) = panel.wave_forces(k, *direction, couplings) / 2
-        return (np.outer(force, force.conj()),)
+        return (plane_wave_force(panel, k, incidence, azimuth, couplings),)
 
     nodes, square = panel.tabulated(values)
     square /= nodes[:, None, None] ** 2

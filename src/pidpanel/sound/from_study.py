@@ -24,6 +24,7 @@ from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_
 from pidpanel.sound.free_edges import (
     FreePanel,
     jumps_of,
+    plane_wave_force,
     tabulate_diffuse_room,
     tabulate_free_plane_wave,
 )
@@ -116,10 +117,10 @@ def read_air(study: Study, modal_force: Table, path: Path | None) -> Air | None:
     sound = study.acoustics
     diffuse = modal_force if sound.field == "diffuse" else read_table(path, DIFFUSE)
     volume = {ADDED_VOLUME: read_table(path, ADDED_VOLUME)} if study.response.air_mass else {}
-    return _air(study, {MODAL_FORCE: modal_force, DIFFUSE: diffuse, **volume})
+    return air_of(study, {MODAL_FORCE: modal_force, DIFFUSE: diffuse, **volume})
 
 
-def _air(study: Study, tables: Mapping[str, Table]) -> Air:
+def air_of(study: Study, tables: Mapping[str, Table]) -> Air:
     """Return the air on the panel of a study, of tables by the names of `field_files`."""
     sound, sides = study.acoustics, WETTED_SIDES[study.radiation]
     diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
@@ -218,8 +219,8 @@ def _baffled_force_at(
     match sound.field:
         case "diffuse":
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
-                return field.diffuse_modal_force_on_grid(float(k), face)
-            return field.diffuse_modal_force(float(k), face)
+                return field.diffuse_modal_force_on_grid(k, face)
+            return field.diffuse_modal_force(k, face)
         case "plane_wave" | "progressive_wave":
             force = field.plane_wave_modal_force([k], sound.incidence, sound.azimuth, face)
             return np.asarray(force[0], np.complex128)
@@ -233,9 +234,7 @@ def _free_force_at(
     couplings = panel.jumps.couplings(face)
     if sound.field == "diffuse":
         return np.asarray(np.pi / k * panel.impedance(k, couplings).imag, np.float64)
-    direction = np.array([sound.incidence]), np.array([sound.azimuth])
-    (force,) = panel.wave_forces(k, *direction, couplings) / 2
-    return np.outer(force, force.conj())
+    return plane_wave_force(panel, k, sound.incidence, sound.azimuth, couplings)
 
 
 def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
@@ -329,6 +328,6 @@ def _level(study: Study, face: WettedFace, frequency: Array, mass: Array, ratio:
     low = study.model_copy(update={"response": study.response.model_copy(update=lines)})
     is_wet = low.radiation != "none"
     tables = sound_tables(low, face, air=is_wet)
-    air = _air(low, tables) if is_wet else None
+    air = air_of(low, tables) if is_wet else None
     excitation = excitation_of(low.acoustics, tables[MODAL_FORCE])
     return 20 * np.log10(mode_accelerations(frequency, mass, ratio, excitation, air))

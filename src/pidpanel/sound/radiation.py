@@ -33,8 +33,7 @@ it behind a jump (p = 3), five sixths for p = 7.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,7 +42,6 @@ from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import with_progress
 from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.field import wavenumber
-from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
 from pidpanel.sound.wavenumber_table import (
     FieldError,
     Table,
@@ -82,11 +80,6 @@ class Air:
     wetted_sides: int
     diffuse: Table
     added_volume: Table | None
-
-    def with_tables(self, tables: Mapping[str, Table]) -> Air:
-        """Return the same air on other shapes, with the tables of `field_files` by their names."""
-        diffuse = tables.get(DIFFUSE, tables[MODAL_FORCE])
-        return replace(self, diffuse=diffuse, added_volume=tables.get(ADDED_VOLUME))
 
     def __call__(self, frequency: Array) -> Complexes:
         """Return iωR − ω²M_air at the frequencies (nf,) [Hz], (nf, n, n) [N/m]."""

@@ -13,7 +13,6 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.sound.chebyshev import interpolation, unit_nodes
 
 # Nodes beyond kL/4 in cos θ and kL/2 in azimuth and in the table, up to kL = 66.
 #
@@ -276,3 +275,27 @@ def even_interpolation(k: Array, k_max: float, count: int) -> Array:
     The nodes are Chebyshev's of the first kind in 2(k/k_max)² − 1.
     """
     return interpolation(2 * (k / k_max) ** 2 - 1, count)
+
+
+def unit_nodes(count: int) -> Array:
+    """Return the Chebyshev nodes of the first kind on [−1, 1], (count,) falling."""
+    return np.cos(_angles(count))
+
+
+def interpolation(x: Array, count: int) -> Array:
+    """Return the matrix (x.size, count) from values at the nodes to values at x in [−1, 1].
+
+    Barycentric, with weights (−1)^j sin((2j + 1)π/(2·count)) (Berrut and Trefethen 2004, Eq. 5.3).
+    """
+    distance = x[:, None] - unit_nodes(count)
+    at_node = distance == 0
+    distance[at_node] = 1.0
+    matrix: Array = (-1.0) ** np.arange(count) * np.sin(_angles(count)) / distance
+    matrix /= matrix.sum(axis=1, keepdims=True)
+    on_node = at_node.any(axis=1)
+    matrix[on_node] = at_node[on_node]
+    return matrix
+
+
+def _angles(count: int) -> Array:
+    return np.pi * (2 * np.arange(count) + 1) / (2 * count)
