@@ -57,9 +57,8 @@ def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     >>> bool(paper_printed(100.0, 0.5) < 0)
     True
     """
-    return equation_5(
-        2 * np.pi * _checked(frequency, fill_fraction), *paper_constants(fill_fraction)
-    )
+    omega = 2 * np.pi * _checked(frequency, fill_fraction)
+    return equation_5(omega, *paper_constants(fill_fraction))
 
 
 def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
