@@ -110,7 +110,7 @@ def row_of(posterior: Posterior, truth: np.ndarray) -> dict[str, Any]:
         known = posterior.estimate(axis)
         row |= {
             f"{name}_true": truth[axis],
-            name: known.mean,
+            name: posterior.mean[axis],
             f"{name}_within": known.low <= truth[axis] <= known.high,
             f"{name}_width": known.high - known.low,
         }

@@ -134,14 +134,12 @@ def first_target(case: Case) -> RunTarget:
 
 def has_states(case: Case, outcomes: Sequence[Outcome[Shaken]], folder: Path) -> bool:
     """Return whether the cells of the successful runs are in more than one state of motion."""
-    estimates = []
-    for run, run_folder, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False):
-        if outcome.found is not None:
-            cells = rows.read_cells(run, run_folder, outcome.found)
-            estimates += rows.cell_estimates(run, cells, outcome.found.mass_kg)
-    means = np.array([estimate.damping for estimate in estimates])
-    errors = np.array([estimate.error for estimate in estimates])
-    return len(estimates) > 1 and len(states.states_of(means, errors)) > 1
+    estimates = [
+        rows.cell_estimates(run, rows.read_cells(run, home, shaken), shaken.mass_kg)
+        for run, home, outcome in zip(case.runs, case.folders(folder), outcomes, strict=False)
+        if (shaken := outcome.found) is not None
+    ]
+    return bool(estimates) and len(states.states_of(*np.hstack(estimates)[:2])) > 1
 
 
 def write_case(case: Case, folder: Path, file: Path) -> None:

@@ -171,12 +171,14 @@ def _drives(coupon: Coupon) -> Iterator[Tone]:
                 yield drive
 
 
-def _either(value: float | None, default: float) -> float:
-    return default if value is None else value
+def _of_walls(coupon: Coupon, name: str) -> float:
+    """Return a property of the walls, by default that of the particles."""
+    stated = getattr(coupon.walls, name)
+    return float(getattr(coupon.particles, name) if stated is None else stated)
 
 
 def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:
-    spheres, walls = coupon.particles, coupon.walls
+    spheres = coupon.particles
     return Packing(
         shape=coupon.cell.shape,
         across_flats=coupon.cell.across_flats,
@@ -187,7 +189,7 @@ def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:
         density=spheres.effective_density(diameter),
         poissons_ratio=spheres.poissons_ratio,
         friction=spheres.friction,
-        wall_friction=_either(walls.friction, spheres.friction),
+        wall_friction=_of_walls(coupon, "friction"),
         seed=seed,
     )
 
@@ -210,7 +212,7 @@ def _constants(
 
     Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """
-    spheres, walls, stiffness = coupon.particles, coupon.walls, coupon.stiffness
+    spheres, stiffness = coupon.particles, coupon.stiffness
     thrown = drive.acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY
     longest, deepest = stiffness.limits(stroke_per_gap)
     modulus = contact.softest_modulus(
@@ -221,18 +223,13 @@ def _constants(
         contact_time_per_period=longest / deepening,
         overlap_per_radius=deepest,
     )
-    stiffer = _either(walls.youngs_modulus, spheres.youngs_modulus) / spheres.youngs_modulus
+    stiffer = _of_walls(coupon, "youngs_modulus") / spheres.youngs_modulus
+    names = ("poissons_ratio", "restitution", "friction", "rolling_friction")
     return Constants(
         youngs_modulus=modulus,
         wall_youngs_modulus=modulus * stiffer,
-        poissons_ratio=spheres.poissons_ratio,
-        wall_poissons_ratio=_either(walls.poissons_ratio, spheres.poissons_ratio),
-        restitution=spheres.restitution,
-        wall_restitution=_either(walls.restitution, spheres.restitution),
-        friction=spheres.friction,
-        wall_friction=_either(walls.friction, spheres.friction),
-        rolling_friction=spheres.rolling_friction,
-        wall_rolling_friction=_either(walls.rolling_friction, spheres.rolling_friction),
+        **{name: getattr(spheres, name) for name in names},
+        **{f"wall_{name}": _of_walls(coupon, name) for name in names},
     )
 
 

@@ -6,7 +6,6 @@ the stored rows again.
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,15 +22,6 @@ FLOOR = 2e-4
 
 # Difference of the halves over its error beyond which a run is called drifting [1].
 DRIFT_LIMIT = 3.0
-
-
-class CellEstimate(NamedTuple):
-    """Estimates from the rows of one cell."""
-
-    # C_e in the second half of the rows, and its standard error [N s/m³]
-    damping: float
-    error: float
-    apparent_mass: float  # m_a in the same rows [kg/m²]
 
 
 def read_rows(
@@ -195,10 +185,11 @@ def estimates(run: Run, rows: Array, mass: float) -> tuple[cycles.Estimate, cycl
     return estimate, cycles.estimate(apparent_mass, start=estimate.start, stored=stored)
 
 
-def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
-    """Return C_e and m_a of each cell that holds spheres, in the second half of the run.
+def cell_estimates(run: Run, cells: Array, mass: float) -> Array:
+    """Return C_e, its standard error [N s/m³] and m_a [kg/m²] of the cells with spheres, (3, n).
 
-    A cell comes to its state of motion in up to 120 cycles, some by others on the way.
+    Those of the second half of the run: a cell comes to its state of motion in up to 120 cycles,
+    some by others on the way.
     """
     count = cells.shape[1]
     samples = []
@@ -207,9 +198,8 @@ def cell_estimates(run: Run, cells: Array, mass: float) -> list[CellEstimate]:
             continue
         damping, apparent_mass = _harmonic(run, *cell.T, mass=mass, cells=count)
         half = len(damping) // 2
-        mean, error = cycles.settled(damping[half:])
-        samples.append(CellEstimate(mean, error, float(apparent_mass[half:].mean())))
-    return samples
+        samples.append((*cycles.settled(damping[half:]), apparent_mass[half:].mean()))
+    return np.array(samples).reshape(-1, 3).T
 
 
 def is_steady(estimate: cycles.Estimate, done: int) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pidpanel.arrays import Array, Index
 from pidpanel.coupon import cycles, records, rows, states
 from pidpanel.coupon.attempts import seeds_disagree
 from pidpanel.coupon.bed import Run
@@ -27,7 +28,7 @@ class SeedEstimate:
 
     damping: cycles.Estimate  # C_e [N s/m³]
     apparent_mass: cycles.Estimate  # m_a [kg/m²]
-    cells: list[rows.CellEstimate]  # of each cell that holds particles, or of all together
+    cells: Array  # (3, n) of `rows.cell_estimates`, of all cells together where it is one
     # Least and largest work of the shaker in a cycle of the second half [J].
     work: tuple[float, float]
     shaken: Shaken
@@ -119,26 +120,10 @@ def packing_scatter(
             len(seeds) > 1
             and bool(np.isfinite(errors[-1]).all())
             and not seeds_disagree([seed.damping for seed in seeds])
-            and len(_states(case, seeds).damping) == 1
+            and len(_cell_states(case, seeds)[1]) == 1
         )
     scatters = cycles.scatter_by_group(groups, means, errors, np.array(alike, bool))
     return [scatters[group] for group in groups]
-
-
-@dataclass(frozen=True)
-class States:
-    """States of motion of the cells of a case, and the differences between cells."""
-
-    damping: tuple[float, ...]  # C_e of each, the lowest first [N s/m³]
-    share: tuple[float, ...]  # share of the cells in each [1]
-    # Largest distance of a state from the mean of all cells; 0 with one state [N s/m³].
-    damping_error: float
-    mass_error: float  # the same for m_a [kg/m²]
-    mean: float  # C_e of all settled cells [N s/m³]
-    mass_mean: float  # the same for m_a [kg/m²]
-
-
-NO_STATES = States((), (), 0.0, 0.0, math.nan, math.nan)
 
 
 @dataclass(frozen=True)
@@ -153,7 +138,11 @@ class SeedMean:
     apparent_mass_error: float = math.nan
     spheres: float = math.nan  # in all cells
     mass_kg: float = math.nan
-    states: States = NO_STATES
+    # States of motion of the cells, the lowest first: C_e [N s/m³], and share of the cells [1]
+    state_damping: Sequence[float] = ()
+    state_share: Sequence[float] = ()
+    # Largest distance of C_e of a state from that of all cells; 0 with one state [N s/m³].
+    state_error: float = 0.0
 
 
 def read_seeds(case: Case, folder: Path) -> tuple[list[SeedEstimate], list[tuple[str, str]]]:
@@ -197,12 +186,18 @@ def _mean_of_seeds(case: Case, seeds: Sequence[SeedEstimate], scatter: float) ->
         c_error = max(c_error, seed_error)
     masses = np.array([[seed.apparent_mass.mean, seed.apparent_mass.error] for seed in seeds])
     m, m_error = cycles.combine(*masses.T)
-    states = _states(case, seeds)
-    if len(states.damping) > 1:
-        c, m, m_error = states.mean, states.mass_mean, math.hypot(m_error, states.mass_error)
+    (cell_damping, _, cell_mass), groups = _cell_states(case, seeds)
+    if len(groups) > 1:
+        c, m = float(cell_damping.mean()), float(cell_mass.mean())
+        m_error = math.hypot(m_error, states.farthest(cell_mass, groups))
     seed_values = [(seed.shaken.spheres, seed.shaken.mass_kg) for seed in seeds]
     spheres, mass = np.mean(seed_values, axis=0).tolist()
-    return SeedMean(c, c_error, seed_error, m, m_error, spheres, mass, states)
+    state_damping = [float(cell_damping[state].mean()) for state in groups]
+    share = [len(state) / len(cell_damping) for state in groups]
+    state_error = states.farthest(cell_damping, groups)
+    return SeedMean(
+        c, c_error, seed_error, m, m_error, spheres, mass, state_damping, share, state_error
+    )
 
 
 def summarise(
@@ -214,8 +209,7 @@ def summarise(
     """Return the row of a case in ``cases.csv`` from the results of `read_seeds`."""
     point, packing, drive = case.point, case.point.packing, case.point.drive
     mean = _mean_of_seeds(case, seeds, scatter)
-    cell_states = mean.states
-    if len(cell_states.damping) > 1:
+    if len(mean.state_damping) > 1:
         # a run that changes from one state to another is not steady; its error includes this
         problems = [problem for problem in problems if problem[0] != failures.NotSteady.__name__]
     c, m = mean.damping, mean.apparent_mass
@@ -225,7 +219,7 @@ def summarise(
     m_error = mean.apparent_mass_error if mean.apparent_mass_error < math.inf else per_area
     bound = cycles.inelastic_bound(per_area, f)
     bias = case.bias
-    total_error = math.hypot(mean.damping_error, bias * c, cell_states.damping_error)
+    total_error = math.hypot(mean.damping_error, bias * c, mean.state_error)
     return {
         **_first_columns(case),
         "youngs_modulus_mpa": point.constants.youngs_modulus / 1e6,
@@ -241,10 +235,10 @@ def summarise(
         "statistical_error_n_s_m3": mean.damping_error,
         "modulus_bias": bias,
         "packing_scatter": scatter,
-        "states": len(cell_states.damping),
-        "state_damping_n_s_m3": _listed(cell_states.damping),
-        "state_share": _listed(cell_states.share),
-        "state_error_n_s_m3": cell_states.damping_error,
+        "states": len(mean.state_damping),
+        "state_damping_n_s_m3": _listed(mean.state_damping),
+        "state_share": _listed(mean.state_share),
+        "state_error_n_s_m3": mean.state_error,
         "apparent_mass_kg_m2": m,
         "apparent_mass_error_kg_m2": m_error,
         "loss_factor": cycles.loss_factor(c, per_area, f),
@@ -256,7 +250,7 @@ def summarise(
         "cycles_used": sum(seed.damping.used for seed in seeds),
         "drift": max((seed.damping.drift for seed in seeds), key=abs, default=math.nan),
         "target_met": bool(
-            math.hypot(mean.seed_error, cell_states.damping_error)
+            math.hypot(mean.seed_error, mean.state_error)
             <= max(case.relative_error * abs(c), rows.FLOOR * bound)
         ),
         "ended_by": "max_cycles"
@@ -282,19 +276,12 @@ def _first_columns(case: Case) -> Row:
     }
 
 
-def _states(case: Case, seeds: Sequence[SeedEstimate]) -> States:
-    """Return the states of the cells of all runs; each cell is an independent sample."""
-    cells = [cell for seed in seeds for cell in seed.cells]
-    means = np.array([cell.damping for cell in cells])
-    masses = np.array([cell.apparent_mass for cell in cells])
-    errors = np.array([cell.error for cell in cells])
-    groups = [np.arange(len(cells))]
+def _cell_states(case: Case, seeds: Sequence[SeedEstimate]) -> tuple[Array, list[Index]]:
+    """Return the cells of all runs, (3, n) as in a run, and those in each state of motion."""
+    cells = np.hstack([seed.cells for seed in seeds])
     if case.state_cycles:
-        groups = states.states_of(means, errors)
-    damping = tuple(float(means[state].mean()) for state in groups)
-    share = tuple(len(state) / len(cells) for state in groups)
-    error, mass_error = states.farthest(means, groups), states.farthest(masses, groups)
-    return States(damping, share, error, mass_error, float(means.mean()), float(masses.mean()))
+        return cells, states.states_of(*cells[:2])
+    return cells, [np.arange(cells.shape[1])]
 
 
 def _energies(balances: Sequence[MeasuredBalance | None]) -> dict[str, float]:

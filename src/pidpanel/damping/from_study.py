@@ -190,7 +190,7 @@ def atlas_model(
     material = density, particles.youngs_modulus, particles.poissons_ratio
     sphere: ElasticSphere | None = ElasticSphere(diameter / 2, *material)
     if surface is not None:
-        mass_per_fill, sphere = surface.mass_per_fill, None  # its own cases are as soft
+        mass_per_fill, sphere = surface.bed.mass_per_fill, None  # its own cases are as soft
         atlas = extended_atlas(bed, surface.cases, mass_per_fill)
     damping = replace(atlas.damping_of(bed, mass_per_fill), sphere=sphere)
     return damping.under_sound() if is_broadband else damping

@@ -132,15 +132,10 @@ class Interpolator:
         self._log = interpolation == "log"
         inner = inner_axis(fill_fraction, amplitude, frequency)
         rows = np.stack([fill_fraction, amplitude, frequency], axis=1)
-        fills = np.unique(fill_fraction)
-        is_fill = [fill_fraction == fill for fill in fills]
-        several = [len(np.unique(amplitude[in_fill])) > 1 for in_fill in is_fill]
-        self.depends_on_amplitude = any(several)
-        lines = tuple(
-            self._line(rows[in_fill], values[in_fill], (3 - inner, inner) if varies else (2,))
-            for in_fill, varies in zip(is_fill, several, strict=True)
+        self.depends_on_amplitude = any(
+            np.ptp(amplitude[fill_fraction == fill]) > 0 for fill in np.unique(fill_fraction)
         )
-        self._whole = _Line(0, fills, np.empty((0, 0)), lines, self._log)
+        self._whole = self._line(rows, values, (0, 3 - inner, inner))
 
     def __call__(
         self, fill_fraction: Array, amplitude: Array, frequency: Array
@@ -151,10 +146,15 @@ class Interpolator:
         return self._whole((fill_fraction, amplitude, frequency))
 
     def _line(self, rows: Array, values: Array, axes: tuple[int, ...]) -> _Line:
-        """Return rows (n, 3) with values (n, k) of one fill as lines along the last of the axes."""
+        """Return rows (n, 3) with values (n, k) as lines along the last of the axes.
+
+        Those of a fill with one amplitude are along the frequency.
+        """
+        if len(axes) == 2 and np.ptp(rows[:, 1]) == 0:
+            axes = (2,)
         axis, *further = axes
         levels = np.unique(rows[:, axis])
-        coordinate = np.log(levels) if self._log else levels
+        coordinate = np.log(levels) if self._log and axis > 0 else levels
         if not further:
             return _Line(axis, coordinate, values[np.argsort(rows[:, axis])], (), self._log)
         groups = [rows[:, axis] == level for level in levels]

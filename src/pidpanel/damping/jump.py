@@ -14,8 +14,6 @@ case it is known whether the bed crosses, and so on which side of it τ lies:
 and the posterior of τ follows by expectation propagation (Rasmussen and Williams 2006, 3.6).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.linalg.blas import dger
@@ -50,56 +48,58 @@ def reach(log_stroke: Array, log_gamma: Array, onset_g: float | Array) -> Array:
         return log_stroke + 0.5 * np.log(np.maximum(left, 0.0))
 
 
-@dataclass(frozen=True)
 class Jump:
-    """The posterior of τ, given on which side cases lie."""
+    """The posterior of τ, given on which side cases lie.
 
-    points: Array  # (n, k) r, ln Γ and further coordinates of the cases
-    reached: Array  # (n,) u of `reach`
-    # (n,) their sides, 1 or 0; 0.5 for a case between the two, at the jump, used on both sides
-    crosses: Array
-    # (k,) of the columns of the points; None for `LENGTHS`
-    lengths: Array | None = None
+    Parameters
+    ----------
+    points, reached
+        (n, k) r, ln Γ and further coordinates of the cases, and (n,) u of `reach`.
+    side
+        (n,) their sides, 1 or 0; 0.5 for a case between the two, at the jump, used on both sides.
+    lengths
+        (k,) correlation lengths of the columns of the points.
+    """
 
-    def __post_init__(self) -> None:
-        rides, crosses = np.flatnonzero(self.crosses < 1), np.flatnonzero(self.crosses > 0)
+    def __init__(
+        self, points: Array, reached: Array, side: Array, lengths: Array = LENGTHS
+    ) -> None:
+        self._points, self._reached, self._side, self._lengths = points, reached, side, lengths
+        rides, crosses = np.flatnonzero(side < 1), np.flatnonzero(side > 0)
         case = np.concatenate([rides, crosses])
         sign = np.repeat([-1.0, 1.0], [len(rides), len(crosses)])
-        distance = self.reached[case] - CENTRE
+        distance = reached[case] - CENTRE
         tells = np.isfinite(distance)
         tells[tells] = sign[tells] * distance[tells] < SURE * np.hypot(SIZE, WIDTH)
-        points = self.points[case[tells]]
-        prior = self._kernel(points, points)
+        self._telling = case[tells]
+        prior = self._kernel(points[self._telling], points[self._telling])
         precision, information = _propagated(prior, distance[tells], sign[tells])
         root = np.sqrt(precision)
         inner = np.eye(len(root)) + root[:, None] * prior * root
         half = solve_triangular(cholesky(inner, lower=True), np.diag(root), lower=True)
         # τ − ln x₀ is normal with the mean k·weights
-        weights = information - half.T @ (half @ (prior @ information))
-        for name, value in (("_telling", case[tells]), ("_half", half), ("_weights", weights)):
-            object.__setattr__(self, name, value)
+        self._half, self._weights = half, information - half.T @ (half @ (prior @ information))
 
     def probability(self, points: Array, reached: Array) -> Array:
         """Return the probability (m,) that the bed crosses at points (m, k) and u (m,)."""
-        cross = self._kernel(points, self.points[self._telling])  # type: ignore[attr-defined]
-        mean = cross @ self._weights  # type: ignore[attr-defined]
-        explained = cross @ self._half.T  # type: ignore[attr-defined]
+        cross = self._kernel(points, self._points[self._telling])
+        mean, explained = cross @ self._weights, cross @ self._half.T
         variance = np.maximum(SIZE**2 - (explained**2).sum(axis=1), 0.0)
         return np.asarray(ndtr((reached - CENTRE - mean) / np.sqrt(WIDTH**2 + variance)))
 
     def leave_one_out(self) -> Array:
         """Return of each case the probability (n,) that it crosses, as the others have it."""
-        probability = self.probability(self.points, self.reached)
-        for i in np.unique(self._telling):  # type: ignore[attr-defined]
-            is_other = np.arange(len(probability)) != i
-            reached, crosses = self.reached[is_other], self.crosses[is_other]
-            remaining = Jump(self.points[is_other], reached, crosses, self.lengths)
-            probability[i] = remaining.probability(self.points[[i]], self.reached[[i]])[0]
+        probability = self.probability(self._points, self._reached)
+        for i in np.unique(self._telling):
+            points, reached, side = (
+                np.delete(values, i, axis=0) for values in (self._points, self._reached, self._side)
+            )
+            remaining = Jump(points, reached, side, self._lengths)
+            probability[i] = remaining.probability(self._points[[i]], self._reached[[i]])[0]
         return probability
 
     def _kernel(self, x: Array, y: Array) -> Array:
-        lengths = LENGTHS if self.lengths is None else self.lengths
-        square = (((x[:, None] - y[None]) / lengths) ** 2).sum(axis=2)
+        square = (((x[:, None] - y[None]) / self._lengths) ** 2).sum(axis=2)
         return SIZE**2 * matern(square)
 
 

@@ -57,9 +57,8 @@ def paper_printed(frequency: ArrayLike, fill_fraction: float) -> Array:
     >>> bool(paper_printed(100.0, 0.5) < 0)
     True
     """
-    f = _checked(frequency, fill_fraction)
-    a1, a2, a3 = paper_constants(fill_fraction)
-    return equation_5(2 * np.pi * f, a1, a2, a3)
+    omega = 2 * np.pi * _checked(frequency, fill_fraction)
+    return equation_5(omega, *paper_constants(fill_fraction))
 
 
 def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
@@ -72,9 +71,8 @@ def paper_corrected(frequency: ArrayLike, fill_fraction: float) -> Array:
     >>> round(float(paper_corrected(1000.0, 0.5)))
     14526
     """
-    f = _checked(frequency, fill_fraction)
     a1, a2, a3 = paper_constants(fill_fraction)
-    return equation_5(f, abs(a1), a2, a3)
+    return equation_5(_checked(frequency, fill_fraction), abs(a1), a2, a3)
 
 
 def _checked(frequency: ArrayLike, fill_fraction: float) -> Array:

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from scipy.spatial import KDTree
 
 from pidpanel.arrays import Array
-from pidpanel.damping.surface_cases import COUNTED
+from pidpanel.damping.surface_cases import AXES, CASE_COLUMNS, COUNTED, logarithmic
 from pidpanel.damping.table_files import (
+    DAMPING,
     ERRORS,
     FILL,
     FREQUENCY,
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
     from pidpanel.damping.atlas import AtlasDamping
 
 SAME_POINT = 0.01  # difference of r, ln f and ln Γ up to which a case is at a measured point
-DAMPING_COLUMN, MASS_COLUMN = "equivalent_damping_n_s_m3", "apparent_mass_kg_m2"
 SOURCES = ("measured", "simulated", "atlas")
 
 
@@ -96,20 +97,13 @@ def compare(points: pd.DataFrame, cases: pd.DataFrame, atlas: AtlasDamping | Non
         The points with columns ``simulated_…`` and ``atlas_…`` as those of ``measured_…``; NaN
         where no case has the point, or outside the atlas.
     """
-    good = cases[cases["status"].isin(COUNTED)]
-    value_columns = [DAMPING_COLUMN, "equivalent_damping_error_n_s_m3", MASS_COLUMN,
-                     "apparent_mass_error_kg_m2"]  # fmt: skip
-    simulated = np.full((len(points), 4), np.nan)
-    read = np.full((len(points), 4), np.nan)
-    names = ["fill_fraction", "frequency_hz", "acceleration_g"]
-    axes, simulated_axes = points[names].to_numpy(float), good[names].to_numpy(float, copy=True)
-    simulated_axes[:, 1:] = np.log(simulated_axes[:, 1:])
-    for row, (fill, frequency, gamma) in enumerate(axes):
-        distance = np.abs(simulated_axes - [fill, np.log(frequency), np.log(gamma)]).max(axis=1)
-        if len(good) and distance.min() <= SAME_POINT:
-            simulated[row] = good[value_columns].iloc[int(distance.argmin())]
-        if atlas is not None:
-            read[row] = atlas_point(atlas, fill, frequency, gamma)
+    good = cases.loc[cases["status"].isin(COUNTED), CASE_COLUMNS].to_numpy(float)
+    axes = points[list(AXES)].to_numpy(float)
+    tree = KDTree(logarithmic(good[:, :3]))
+    _, nearest = tree.query(logarithmic(axes), p=np.inf, distance_upper_bound=SAME_POINT)
+    simulated = np.vstack([good[:, 3:], np.full(4, np.nan)])[nearest]  # the last for no case
+    read = np.array([np.full(4, np.nan) if atlas is None else atlas_point(atlas, *point)
+                     for point in axes])  # fmt: skip
     return points.assign(**_named("simulated", *simulated.T), **_named("atlas", *read.T))
 
 
@@ -126,5 +120,5 @@ def atlas_point(atlas: AtlasDamping, fill: float, frequency: float, gamma: float
 
 def _named(source: str, *values: Array) -> dict[str, Array]:
     """Return C_e, its error, m_a and its error as columns of a source."""
-    names = (DAMPING_COLUMN, f"{DAMPING_COLUMN}_error", MASS_COLUMN, f"{MASS_COLUMN}_error")
+    names = (DAMPING, f"{DAMPING}_error", MASS, f"{MASS}_error")
     return {f"{source}_{name}": value for name, value in zip(names, values, strict=True)}

@@ -144,11 +144,6 @@ class DampingSurface(Damper):
         """Γ₀ over g, below which the bed does not leave the floor."""
         return float(self.bed.onset_g)
 
-    @property
-    def mass_per_fill(self) -> float:
-        """m₁ [kg/m²]; NaN where it is not known."""
-        return self.bed.mass_per_fill
-
     def crossing(self, points: Array) -> Array:
         """Return the probability (n,) that beds cross, at `groups` (n, 3)."""
         if self.jump is None:
@@ -161,18 +156,14 @@ class DampingSurface(Damper):
         """Return what is known of g_C and g_m at `groups` (n, 3), with `crossing` (n,) there."""
         if crossing is None:
             crossing = self.crossing(points)
-        log_damping, mass = self.expected(points)
+        log_damping = mass = np.zeros(len(points))
+        if self.jump is not None:
+            log_damping, mass = self.bed.inelastic(points)
         restless, trend = self.bed.restless(points), self.bed.riding(points)
         damping = self.damping.mixture(points, crossing, log_damping, restless, trend)
         if self.mass is None:
             return damping, None
         return damping, self.mass.mixture(points, crossing, mass, np.zeros((2, len(points))))
-
-    def expected(self, points: Array) -> tuple[Array, Array]:
-        """Return ln 2m₁E and m₁μ (n,) of the bed that crosses; 0 where nothing jumps."""
-        if self.jump is None:
-            return np.zeros(len(points)), np.zeros(len(points))
-        return self.bed.inelastic(points)
 
     def evaluate(
         self, fill_fraction: ArrayLike, frequency: ArrayLike, acceleration_g: ArrayLike
@@ -187,9 +178,7 @@ class DampingSurface(Damper):
         """
         query = _points(*(np.asarray(a, float) for a in (fill_fraction, frequency, acceleration_g)))
         clipped = np.clip(query, self.low, self.high)
-        log_damping, relative, share, certainty = self._read(self.bed.points(*clipped.T))
-        return self._values(clipped[:, 0], clipped[:, 1], query[:, 2], log_damping, relative, share,
-                            self._inside(query, certainty))  # fmt: skip
+        return self._values(query, *self._read(self.bed.points(*clipped.T)))
 
     def _inside(self, query: Array, certainty: Array) -> Flags:
         """Return whether points (n, 3) are known, with `_read`'s certainty of crossing."""
@@ -217,18 +206,19 @@ class DampingSurface(Damper):
         return damping.mean, np.sqrt(self.damping.variance(damping)), share, certainty
 
     def _values(
-        self, fill: Array, frequency: Array, gamma: Array, log_damping: Array, relative: Array,
-        share: Array, inside: Flags,
-    ) -> DampingValues:  # fmt: skip
-        h = onset(gamma, self.onset_g)
+        self, query: Array, log_damping: Array, relative: Array, share: Array, certainty: Array
+    ) -> DampingValues:
+        """Return C_e and m_a at points (n, 3), from what `_read` returns."""
+        fill, frequency, _ = np.clip(query, self.low, self.high).T
+        h = onset(query[:, 2], self.onset_g)
         largest = self.bound * fill * frequency
         damping = np.minimum(h * fill * frequency * np.exp(log_damping), largest)
         mass = fill * (h * share + (1 - h) * self._rest_mass)
-        return DampingValues(damping, damping * relative, mass, inside)
+        return DampingValues(damping, damping * relative, mass, self._inside(query, certainty))
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²], m₁ r; NaN where m₁ is not known."""
-        return self.mass_per_fill * fill_fraction
+        return self.bed.mass_per_fill * fill_fraction
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
@@ -245,17 +235,13 @@ class DampingSurface(Damper):
         place = np.interp(np.log(gamma), self.log_acceleration, np.arange(last + 1))
         row = min(int(place), last - 1)
         weight = place - row
-        clipped = np.clip(frequency, self.low[1], self.high[1])
+        log_frequency = np.log(np.clip(frequency, self.low[1], self.high[1]))
         lower, upper = (self._row(float(fill_fraction), index) for index in (row, row + 1))
-        log_damping, relative, share, certainty = (
-            np.interp(np.log(clipped), self.log_frequency, (1 - weight) * a + weight * b)
+        read = (
+            np.interp(log_frequency, self.log_frequency, (1 - weight) * a + weight * b)
             for a, b in zip(lower, upper, strict=True)
         )
-        fill = np.clip(np.full(len(frequency), float(fill_fraction)), self.low[0], self.high[0])
-        inside = self._inside(_points(float(fill_fraction), frequency, gamma), certainty)
-        return self._values(
-            fill, clipped, np.full(len(frequency), gamma), log_damping, relative, share, inside
-        )
+        return self._values(_points(float(fill_fraction), frequency, gamma), *read)
 
     def _row(self, fill: float, index: int) -> tuple[Array, Array, Array, Array]:
         """Return what `_read` does over ln f at one fill and one Γ of the grid."""
@@ -306,9 +292,7 @@ class DampingSurface(Damper):
         The side is predicted too.
         """
         data = training_data(self.cases, self.bed)
-        crossing = np.zeros(len(self.cases))
-        if self.jump is not None:
-            crossing = self.jump.leave_one_out()
+        crossing = None if self.jump is None else self.jump.leave_one_out()
         damping, _ = self.mixtures(data.points, crossing)
         error, size = self.damping.leave_one_out(
             data.log_damping, data.log_error, data.side, damping

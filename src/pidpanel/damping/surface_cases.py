@@ -11,7 +11,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping import gaussian_process
 from pidpanel.damping.gaussian_process import GaussianProcess
 from pidpanel.damping.inelastic import LONGEST_GAP, slug
-from pidpanel.damping.jump import WHOLE, Jump, reach
+from pidpanel.damping.jump import LENGTHS, WHOLE, Jump, reach
 from pidpanel.damping.models import DampingError
 from pidpanel.damping.sides import Sides
 
@@ -170,7 +170,7 @@ class TrainingData:
     # (n,) cases with less weight because others predict them badly; None for none
     outliers: Flags | None = None
 
-    def jump(self, lengths: Array | None = None) -> Jump | None:
+    def jump(self, lengths: Array = LENGTHS) -> Jump | None:
         """Return the jump that separates the cases; None if there is none."""
         if not self.bed.jumps:
             return None
@@ -179,11 +179,10 @@ class TrainingData:
 
     def damping_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_C, fitted or with the constants of a fit."""
-        expected = self.bed.inelastic(self.points)[0] if self.bed.jumps else None
-        values = self.log_damping - self.bed.riding(self.points)
-        if expected is not None:
-            expected = expected - self.bed.riding(self.points)
-        return self._sides(values, self.side_error, expected, 1.0, self.bed.least_spread, constants)
+        trend = self.bed.riding(self.points)
+        expected = self.bed.inelastic(self.points)[0] - trend if self.bed.jumps else None
+        values, spread = self.log_damping - trend, self.bed.least_spread
+        return self._sides(values, self.side_error, expected, 1.0, spread, constants)
 
     def mass_sides(self, constants: Constants | None = None) -> Sides:
         """Return g_m, fitted or with the constants of a fit."""

@@ -34,7 +34,7 @@ def to_dataset(surface: DampingSurface) -> xr.Dataset:
                 variables[f"{name}_{side}"] = constants
     attributes = {
         "onset_g": surface.onset_g,
-        "mass_per_fill_kg_m2": surface.mass_per_fill,
+        "mass_per_fill_kg_m2": surface.bed.mass_per_fill,
         "depth_m": surface.bed.depth,
     }
     return xr.Dataset(variables, attrs=attributes)
@@ -62,20 +62,18 @@ def _constants(dataset: xr.Dataset, name: str) -> Constants:
     )
 
 
-def to_frame(
-    surface: DampingSurface, fills: int = 5, frequencies: int = 9, accelerations: int = 7
-) -> pd.DataFrame:
+def to_frame(surface: DampingSurface) -> pd.DataFrame:
     """Return the surface on equally spaced r, ln f and ln Γ within its domain, as a table."""
     axes = (
-        np.unique(np.linspace(surface.low[0], surface.high[0], fills)),
-        np.unique(np.geomspace(surface.low[1], surface.high[1], frequencies)),
-        np.unique(np.geomspace(surface.low[2], surface.high[2], accelerations)),
+        np.unique(np.linspace(surface.low[0], surface.high[0], 5)),
+        np.unique(np.geomspace(surface.low[1], surface.high[1], 9)),
+        np.unique(np.geomspace(surface.low[2], surface.high[2], 7)),
     )
     points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
     points = points[surface.simulated.contains(points)]
     values = surface.evaluate(*points.T)
     results = values.equivalent_damping, values.equivalent_damping_error, values.apparent_mass
     frame = pd.DataFrame(np.column_stack([points, *results]), columns=CASE_COLUMNS[:-1])
-    if np.isfinite(surface.mass_per_fill):
-        frame[PARTICLE_MASS] = surface.mass_per_fill * frame["fill_fraction"]
+    if np.isfinite(surface.bed.mass_per_fill):
+        frame[PARTICLE_MASS] = surface.bed.mass_per_fill * frame["fill_fraction"]
     return frame

@@ -24,7 +24,7 @@ from pidpanel.damping.table_files import (
     read_columns,
 )
 from pidpanel.identify.force_files import read_force
-from pidpanel.identify.next_tones import NextTones, candidates, next_tones
+from pidpanel.identify.next_tones import candidates, next_tones
 from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
 from pidpanel.identify.prediction import BULK_ERROR, Specimen, Tones, predict
 from pidpanel.measurement.universal import SUFFIXES
@@ -51,7 +51,7 @@ class IdentificationResult:
     measured: MeasuredDamping
     posterior: Posterior
     predictions: pd.DataFrame  # a row for each tone, as ``predictions.csv``
-    further: NextTones
+    further: pd.DataFrame  # a row for each further tone, as ``next_tests.csv``
 
     @property
     def is_upright(self) -> bool:
@@ -303,22 +303,14 @@ def _predictions(
 def write_tables(result: IdentificationResult, file: Path, folder: Path) -> None:
     """Write the tables of an identification, and the identified particles for a study."""
     folder.mkdir(parents=True, exist_ok=True)
-    posterior, further = result.posterior, result.further
+    posterior = result.posterior
     e, log_friction, fill = posterior.particles.T
     weights = dict(zip(PARAMETERS, (e, np.exp(log_friction), fill), strict=True))
     tables = {
         "posterior": pd.DataFrame({**weights, "probability": posterior.weights.ravel()}),
         "summary": summary(posterior),
         "predictions": result.predictions,
-        "next_tests": pd.DataFrame(
-            {
-                "frequency_hz": further.frequency,
-                "acceleration_g": further.acceleration_g,
-                "restitution_error": further.restitution_error,
-                "log_friction_error": further.friction_error,
-                "information_nat": further.information,
-            }
-        ).sort_values("information_nat", ascending=False),
+        "next_tests": result.further.sort_values("information_nat", ascending=False),
     }
     for name, table in tables.items():
         durable.write_text(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.6g"))

@@ -10,9 +10,8 @@ linear-Gaussian update leaves
 and the information gained from the tone is ½ ln(det cov θ / det cov θ′).
 """
 
-from typing import NamedTuple
-
 import numpy as np
+import pandas as pd
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
@@ -23,21 +22,6 @@ from pidpanel.identify.prediction import Specimen, Tones, predict
 SAMPLES = 160  # particles of the posterior
 STEPS = (12, 8)  # of frequency and Γ between the limits of a shaker, in the logarithm
 LEAST_GAMMA = 1.5  # over gravity, of the atlas
-
-
-class NextTones(NamedTuple):
-    """Further tones, and what each is expected to leave."""
-
-    frequency: Array  # (n,) [Hz]
-    acceleration_g: Array  # (n,)
-    restitution_error: Array  # (n,) expected standard deviation of e
-    friction_error: Array  # (n,) of ln μ
-    information: Array  # (n,) expected fall of the entropy of e and ln μ [nat]
-
-    @property
-    def best(self) -> int:
-        """Index of the most informative tone."""
-        return int(np.argmax(self.information))
 
 
 def candidates(
@@ -66,13 +50,19 @@ def next_tones(
     posterior: Posterior,
     further: Tones,
     relative_error: float,
-) -> NextTones:
+) -> pd.DataFrame:
     """Return the information on e and ln μ from each of several further tones.
 
     Parameters
     ----------
     relative_error
         Standard error of C_e in the further test, and of m_a over the mass of the particles.
+
+    Returns
+    -------
+    DataFrame
+        A row for each tone, in the columns of ``next_tests.csv``: its frequency [Hz] and Γ, the
+        expected standard deviations of e and ln μ, the expected fall of their entropy [nat].
     """
     drawn = posterior.particles[_drawn(posterior.weights.ravel(), SAMPLES)]
     theta = drawn[:, :2] - drawn[:, :2].mean(axis=0)
@@ -88,9 +78,14 @@ def next_tones(
     fall = np.linalg.det(prior) / np.maximum(np.linalg.det(remaining), 1e-300)
     share = np.maximum(np.diagonal(remaining, axis1=1, axis2=2) / np.diag(prior), 0.0)
     errors = np.sqrt(share) * [posterior.estimate(axis).error for axis in range(2)]
-    information = 0.5 * np.log(fall)
-    return NextTones(
-        further.frequency, further.acceleration_g, errors[:, 0], errors[:, 1], information
+    return pd.DataFrame(
+        {
+            "frequency_hz": further.frequency,
+            "acceleration_g": further.acceleration_g,
+            "restitution_error": errors[:, 0],
+            "log_friction_error": errors[:, 1],
+            "information_nat": 0.5 * np.log(fall),
+        }
     )
 
 

@@ -86,10 +86,9 @@ class FillPrior(NamedTuple):
 
 
 class ParameterEstimate(NamedTuple):
-    """Value, mean, standard deviation and 90 % interval of a parameter."""
+    """Value, standard deviation and 90 % interval of a parameter."""
 
     value: float  # of the particles that are named, `Posterior.best`
-    mean: float
     error: float
     low: float
     high: float
@@ -147,15 +146,14 @@ class Posterior:
         """Return the estimate of e, ln μ or r, by the number of its axis."""
         x, density = self.axes[axis], self.density(axis)
         share = density * quadrature(x)
-        mean = float(share @ x)
-        error = float(np.sqrt(share @ (x - mean) ** 2))
+        error = float(np.sqrt(share @ (x - float(share @ x)) ** 2))
         low, high = quantiles(x, density, (0.5 - CREDIBILITY / 2, 0.5 + CREDIBILITY / 2))
         at_end = density[[0, -1]] > CUT_DENSITY * density.max()
         begin, end = self.ranges[axis]
         cut = at_end & np.isclose(x[[0, -1]], [begin, end])
         is_determined = high - low <= NEARLY_PRIOR * CREDIBILITY * (end - begin)
         ends = low, high, bool(cut[0]), bool(cut[1])
-        return ParameterEstimate(float(self.best[axis]), mean, error, *ends, bool(is_determined))
+        return ParameterEstimate(float(self.best[axis]), error, *ends, bool(is_determined))
 
     @property
     def correlation(self) -> Array:

@@ -110,7 +110,7 @@ def map_figure(surface: DampingSurface) -> Figure:
     for fill in fills:
         estimate = surface.evaluate(np.full(frequency.size, fill), frequency.ravel(), gamma.ravel())
         damping = estimate.equivalent_damping.reshape(frequency.shape)
-        unit = surface.mass_per_fill * fill * 2 * np.pi * frequency
+        unit = surface.bed.mass_per_fill * fill * 2 * np.pi * frequency
         maps.append((damping, damping / unit, estimate.inside.reshape(frequency.shape)))
     figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
     grid_of = figure.subplots(2, len(fills), sharex=True, sharey=True, squeeze=False)
@@ -178,7 +178,7 @@ def law_figure(surface: DampingSurface, law: Law | None) -> Figure:
             )  # fmt: skip
             if law is not None:
                 axes.plot(frequency, law(frequency, fill, gamma), color=colour, ls="--", lw=0.9)
-            bound = 8 * surface.mass_per_fill * fill * frequency
+            bound = 8 * surface.bed.mass_per_fill * fill * frequency
             axes.plot(frequency, bound, color=colour, ls=":", lw=0.7)
         frequency_axis(axes, frequency[0] / 1.1, frequency[-1] * 1.1)
         axes.set(xlabel="", yscale="log")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ def answer_of(result: IdentificationResult) -> list[str]:
     values = {
         "result": result,
         "rows": records(summary(result.posterior)),
-        "further": tones[result.further.best] if tones else None,
+        "further": max(tones, key=itemgetter("information_nat"), default=None),
     }
     return lines("identify_answer.html", values)
 
@@ -51,9 +52,9 @@ def answer_lines(result: IdentificationResult) -> list[str]:
 
 def _further(result: IdentificationResult) -> list[dict[str, Any]]:
     """Return the further tones, each with its stroke [mm]."""
-    tones = pd.DataFrame(result.further._asdict())
+    tones = result.further
     acceleration = 1e3 * tones["acceleration_g"] * STANDARD_GRAVITY
-    return records(tones.assign(stroke=acceleration / (2 * math.pi * tones["frequency"]) ** 2))
+    return records(tones.assign(stroke=acceleration / (2 * math.pi * tones["frequency_hz"]) ** 2))
 
 
 def write_identification(result: IdentificationResult, file: Path) -> None:
@@ -73,7 +74,7 @@ def identification_page(result: IdentificationResult) -> Page:
         "posterior": figure_picture("posterior", posterior_figure, posterior),
         "measured": figure_picture("measured", measured_figure, result.predictions),
     }
-    tones = sorted(_further(result), key=lambda row: -row["information"])[:PROPOSED]
+    tones = sorted(_further(result), key=itemgetter("information_nat"), reverse=True)[:PROPOSED]
     proposed = Fragment("identify_next.html", {"line": next_tone, "tones": tones})
     values = Fragment("identify_values.html", {"tones": records(result.predictions)})
     size = f"{particles.diameter_mm:g} mm, {particles.density_kg_m3:g} kg/m³"

@@ -9,13 +9,14 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pidpanel.damping.measured import DAMPING_COLUMN, MASS_COLUMN, SOURCES
+from pidpanel.damping.measured import SOURCES
+from pidpanel.damping.table_files import DAMPING, MASS
 from pidpanel.report import layout, style
 from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.text import records
 
-QUANTITIES = {DAMPING_COLUMN: ("C_e", "N s/m³", "$C_e$"), MASS_COLUMN: ("m_a", "kg/m²", "$m_a$")}
+QUANTITIES = {DAMPING: ("C_e", "N s/m³", "$C_e$"), MASS: ("m_a", "kg/m²", "$m_a$")}
 LOOKS: Mapping[str, Mapping[str, Any]] = {
     "measured": {"marker": "o", "ls": "none"},
     "simulated": {"marker": "s", "mfc": "none", "ls": "none"},
@@ -53,13 +54,11 @@ def agreement(compared: pd.DataFrame, source: str) -> dict[str, Any]:
     ``ratio`` is the geometric mean of measured over the other, ``rms`` that of its logarithm, ``z``
     that of the difference over the standard error of both; 0 where no error is given.
     """
-    known = compared[
-        (compared[f"measured_{DAMPING_COLUMN}"] > 0) & (compared[f"{source}_{DAMPING_COLUMN}"] > 0)
-    ]
+    known = compared[(compared[f"measured_{DAMPING}"] > 0) & (compared[f"{source}_{DAMPING}"] > 0)]
     if known.empty:
         return {"name": source, "points": 0}
-    difference, error = _difference(known, ("measured", source), DAMPING_COLUMN)
-    logarithm = np.log(known[f"measured_{DAMPING_COLUMN}"] / known[f"{source}_{DAMPING_COLUMN}"])
+    difference, error = _difference(known, ("measured", source), DAMPING)
+    logarithm = np.log(known[f"measured_{DAMPING}"] / known[f"{source}_{DAMPING}"])
     z = (difference / error)[error > 0]
     return {
         "name": source,
@@ -123,7 +122,7 @@ def measured_figure(compared: pd.DataFrame) -> Figure:
                     )  # fmt: skip
             axes.set_xscale("log")
             axes.xaxis.set_major_formatter("{x:g}")
-            if quantity == DAMPING_COLUMN:
+            if quantity == DAMPING:
                 axes.set_yscale("log")
             else:
                 axes.axhline(0, color="#888888", lw=0.6)
