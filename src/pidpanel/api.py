@@ -256,11 +256,11 @@ class Model:
         from pidpanel.report.from_study import partly_known
         from pidpanel.report.inputs import without_errors
 
-        given = None if lines is None else np.array(lines, np.float64)
-        files = self._stages.files("response", given)
+        frequency = None if lines is None else np.array(lines, np.float64)
+        files = self._stages.files("response", frequency)
         table = read_csv(files.summary, dtype={"point": str})
-        partial = partly_known(self._with_panel())
-        summary, psd = without_errors(partial, table, read_netcdf(files.psd))
+        labels = partly_known(self._with_panel())
+        summary, psd = without_errors(labels, table, read_netcdf(files.psd))
         index = summary.set_index(["scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         for column, (name, units, factor) in RMS.items():

@@ -21,7 +21,7 @@ from pidpanel.sound.from_study import write_sound
 from pidpanel.study import Study, StudyError
 
 # Stages whose results a stage reads.
-BEFORE = {
+UPSTREAM = {
     "panel": (), "sound": ("panel",), "base": ("panel",), "response": ("panel", "sound"),
     "optimise": ("panel", "sound"),
 }  # fmt: skip
@@ -54,8 +54,8 @@ class StageResults:
 
     def files(self, stage: str, lines: Array | None = None) -> Files:
         """Return the files of a stage; those of the responses on given lines (nf,) [Hz]."""
-        own = Path(self._folder.name)
-        stages = stage_files(self.study, self.results if self._is_simulated else own)
+        folder = Path(self._folder.name)
+        stages = stage_files(self.study, self.results if self._is_simulated else folder)
         if stage not in stages:
             section = "sound" if stage == "response" else stage
             raise StudyError(f"{self.study.name}: {section}: missing; {stage} needs it")
@@ -66,7 +66,7 @@ class StageResults:
         if lines is None:
             self._computed.add(stage)
             return stages[stage]
-        files = stage_files(self.study, own / "lines")[stage]
+        files = stage_files(self.study, folder / "lines")[stage]
         self._compute(stage, files, lines)
         return files
 
@@ -82,7 +82,7 @@ class StageResults:
     def _compute(self, stage: str, files: Files, lines: Array | None = None) -> None:
         """Compute a stage after those whose results it reads."""
         study, upstream = self.study, Files({})
-        for name in BEFORE[stage]:
+        for name in UPSTREAM[stage]:
             if name != "sound" or study.sound is not None:
                 upstream = Files({**upstream.all, **self.files(name).all})
         for (path,) in files.all.values():
