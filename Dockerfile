@@ -1,5 +1,8 @@
 # docker build -t pidpanel .
-# docker run --rm -v "$PWD/results:/pidpanel/results" --user "$(id -u):$(id -g)" pidpanel
+# docker run --rm -v "$PWD:/work" --user "$(id -u):$(id -g)" pidpanel pidpanel new mine.yaml
+# docker run --rm -v "$PWD:/work" --user "$(id -u):$(id -g)" pidpanel pidpanel run mine.yaml
+#
+# The folder of the studies is /work; docs/cluster.md has more.
 #
 # pidpanel is MIT; gmsh, which it imports, and LIGGGHTS, which it loads, are GPL-2.0-or-later. Who
 # passes the image on does so under the GPL and offers the sources of all of it: docs/cite.md.
@@ -17,11 +20,11 @@ RUN ENVIRONMENT_ONLY=1 bash bootstrap.sh \
 
 COPY . .
 RUN SYSTEM_READY=1 bash bootstrap.sh \
-    && mkdir -p results && chmod 1777 . results && useradd --no-create-home pidpanel
+    && useradd --no-create-home pidpanel && mkdir -m 1777 /work
 USER pidpanel
+WORKDIR /work
 
 ENV PATH=/pidpanel/.venv/bin:$PATH \
     OMP_NUM_THREADS=1 \
     VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow
-ENTRYPOINT ["snakemake"]
-CMD ["-j2", "--configfile", "workflow/studies/paper.yaml"]
+CMD ["pidpanel", "run", "paper.yaml"]

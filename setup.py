@@ -34,7 +34,12 @@ class WithProject(build_py):
 def readme(url: str) -> str:
     """Return the README, with its relative links below an address if there is one."""
     text = Path(__file__).with_name("README.md").read_text(encoding="utf-8")
-    return re.sub(r"\]\((?!https?:|#)", f"]({url.rstrip('/')}/", text) if url else text
+    if not url:
+        return text
+    # the page of a picture is no picture
+    raw = url.rstrip("/").replace("/blob/", "/raw/")
+    text = re.sub(r"(!\[[^\]]*\]\()(?!https?:)", rf"\1{raw}/", text)
+    return re.sub(r"\]\((?!https?:|#)", f"]({url.rstrip('/')}/", text)
 
 
 URL = os.environ.get("PIDPANEL_URL", "")

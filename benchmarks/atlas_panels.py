@@ -112,10 +112,9 @@ def responses(
     with tempfile.TemporaryDirectory() as folder:
         model = Model(study, folder)
         model.response()
-        files = model._stages
-        force = files["modes.nc"].with_name("modal_force.nc")
-        read = Files({"modes": [files["modes.nc"]], "modal_force": [force]})
-        panel = read_response_panel(model.study, read, "none")
+        stages = [model._stages.files(name).all for name in ("panel", "sound")]
+        read = Files({**stages[0], **stages[1]})
+        panel = read_response_panel(model.study, read)
         spectrum = spectrum_of(model.study.acoustics)
         scenarios = [
             ResponseScenario(

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import pidpanel
 from pidpanel.damping.laws import paper_corrected
+from pidpanel.provenance.results import read_csv
 from pidpanel.study.writing import plain
 
 STUDIES = Path(__file__).parents[1] / "workflow" / "studies"
@@ -48,7 +50,7 @@ def test_modes_are_those_of_the_panel_in_order(model):
     orders = np.array([(1, 1), (2, 1), (1, 2)]) / (1.5, 1.0)
     exact = np.pi / 2 * np.sqrt(3273.07 / 4.0) * (orders**2).sum(axis=1)
     np.testing.assert_allclose(frequency[:3], exact, rtol=2e-3)
-    assert modes.sizes["mode"] == len(pd.read_csv(model._stages["modes.csv"]))
+    assert modes.sizes["mode"] == len(pd.read_csv(model._stages.files("panel").table))
     assert list(modes["point"].to_numpy()) == ["centre", "Edge"]
 
 
@@ -61,6 +63,88 @@ def test_the_response_has_its_rms_values_with_units(model):
     assert found["acceleration_rms"].attrs["units"] == "m s-2"
     summary = model.summary().set_index(["scenario", "point"])
     assert float(one["reduction"]) == summary.loc[("PID-1_r0.8_150dB", "centre"), "reduction_db"]
+
+
+# ------------------------------------------------------------------ stress, base motion, layouts
+
+
+@pytest.fixture(scope="module")
+def shaken(model):
+    """The small panel on a shaker too, with a search of layouts."""
+    return model.changed(
+        {
+            "base": {"random": {"spectrum": "gevs_acceptance.csv"}},
+            "dampers": {"paper": {"equivalent_damping_n_s_m3": 1000, "apparent_mass_kg_m2": 1}},
+            "scenarios": {"pot": {"layout": {"PID-1": {"damper": "paper"}}}},
+            "optimise": {
+                "mass_kg": 0.1, "patch_size_m": [0.3, 0.25], "spacing_m": [0.5, 0.5], "points": ["centre"]
+            },
+        }
+    )  # fmt: skip
+
+
+def test_responses_of_varied_models_on_the_same_lines_join_without_gaps(model):
+    lines = model.response()["frequency"]
+    stiffer = model.changed({"panel.damping_ratio": 0.03, "panel.section.thickness_mm": 20})
+    joined = xr.concat([model.response(), stiffer.response(lines)], "ratio", join="exact")
+    assert joined.sizes["frequency"] == lines.size and not bool(
+        joined["acceleration_psd"].sel(scenario=["bare_150dB"]).isnull().any()
+    )
+    # computed there, not read between other lines: to the rms on lines of its own
+    rms = [one["acceleration_rms"] for one in (stiffer.response(lines), stiffer.response())]
+    np.testing.assert_allclose(rms[0], rms[1], rtol=1e-3)
+    lighter = model.changed({"panel.damping_ratio": 0.01})
+    with pytest.raises(ValueError, match=r"lines: up to .* apart; must be at most"):
+        lighter.response(lines)
+    with pytest.raises(ValueError, match="lines: from 50 to 150 Hz; must be from 40 to 150 Hz"):
+        model.response(np.geomspace(50, 150, 1000))
+
+
+def test_stresses_have_the_rms_of_the_table_of_stresses(model):
+    stress = model.stress()
+    table = read_csv(model._stages.files("response").stress_table, dtype={"point": str})
+    row = table.query("scenario == 'bare_150dB' and point == 'centre' and quantity == 'stress_xx'")
+    place = {"scenario": "bare_150dB", "point": "centre", "layer": row["layer"].iloc[0]}
+    rms = stress["stress_xx_rms"].sel(place)
+    assert stress["stress_xx_rms"].attrs["units"] == "Pa" and row["unit"].iloc[0] == "MPa"
+    assert float(rms) == pytest.approx(1e6 * row["rms"].iloc[0], rel=1e-4)
+
+
+def test_base_motion_shakes_a_point_with_the_rms_of_its_psd(shaken):
+    motion = shaken.base()
+    assert motion["absolute_acceleration_psd"].attrs["units"] == "m2 s-4 Hz-1"
+    psd = motion["absolute_acceleration_psd"].sel(scenario="bare", point="centre", input="stated")
+    table = read_csv(shaken._stages.files("base").summary, dtype={"point": str})
+    row = table.query("scenario == 'bare' and point == 'centre' and input == 'stated'")
+    rms = float(np.sqrt(psd.integrate("frequency"))) / 9.80665
+    assert rms == pytest.approx(row["acceleration_rms_g"].iloc[0], rel=1e-3)
+    with pytest.raises(pidpanel.StudyError, match="motion = sine: must be a part of base"):
+        shaken.base("sine")
+
+
+def test_proposed_layouts_keep_the_budget(shaken):
+    front = shaken.optimise()
+    assert len(front) > 0 and (front["mass_kg"] <= 0.1).all()
+
+
+def test_a_study_without_a_section_says_which(model):
+    for ask, section in ((model.base, "base"), (model.optimise, "optimise")):
+        with pytest.raises(pidpanel.StudyError, match=f"{section}: missing"):
+            ask()
+
+
+def test_a_figure_has_the_psd_of_every_scenario_in_g(model):
+    (axes,) = model.plot("Edge").axes
+    response = model.response().sel(point="Edge")
+    curves = {line.get_label().split(":")[0]: line for line in axes.get_lines()}
+    assert set(curves) == set(response["scenario"].to_numpy())
+    shown = curves["bare_150dB"].get_ydata() * 9.80665**2
+    np.testing.assert_allclose(shown, response["acceleration_psd"].sel(scenario="bare_150dB"))
+    with pytest.raises(pidpanel.StudyError, match="point = edge: must be one of centre, Edge"):
+        model.plot("edge")
+
+
+# ------------------------------------------------------------------ mistakes
 
 
 def test_the_sound_sums_up_to_its_level(model):

@@ -1,6 +1,8 @@
 """What a wheel holds: the package with the workflow, the templates and the data beside it."""
 
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -60,8 +62,33 @@ def test_links_of_the_readme_hold_elsewhere_once_a_release_names_its_address(tmp
     address = "https://host.example/owner/pidpanel/blob/v0.1.0"
     subprocess.run(command, cwd=ROOT, check=True, env={**os.environ, "PIDPANEL_URL": address})
     said = (tmp_path / "pidpanel.egg-info" / "PKG-INFO").read_text()
-    assert "![Acceleration PSD" in said and f"]({address}/docs/launch.png)" in said
+    # of a picture the file itself: the address of its page shows nothing
+    raw = address.replace("/blob/", "/raw/")
+    assert f"]({raw}/docs/launch.png)" in said and f"]({address}/docs/launch.png)" not in said
+    assert f"]({address}/docs/python.md)" in said
     assert "](docs/" not in said and f"Project-URL: Source, {address.split('/blob/')[0]}" in said
+
+
+def test_the_image_of_a_cluster_holds_all_that_the_package_is_made_from(tmp_path):
+    image = tmp_path / "image"
+    recipe = (ROOT / "apptainer.def").read_text()
+    for name, place in re.findall(r"^    (\S+) /opt/pidpanel/(\S+)$", recipe, re.MULTILINE):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        image.mkdir(exist_ok=True)
+        copy(ROOT / name, image / place)
+    command = [sys.executable, "setup.py", "-q", "build_py", "--build-lib", tmp_path / "lib"]
+    subprocess.run(command, cwd=image, check=True, capture_output=True)
+    # as `pip install --editable` leaves it
+    code = (
+        "from pidpanel.cli import main\n"
+        "main(['new', 'mine.yaml']) or main(['run', '-n', 'paper.yaml', '--', '--quiet'])\n"
+        "from pidpanel.paths import PROJECT; print(PROJECT)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(image / "src")},
+    )  # fmt: skip
+    assert (tmp_path / "mine.yaml").is_file() and done.stdout.splitlines()[-1] == str(image)
 
 
 def test_the_version_is_that_of_the_package(capsys):

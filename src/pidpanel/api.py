@@ -5,39 +5,37 @@
 
 from __future__ import annotations
 
-import contextlib
 import html
-import io
 import subprocess
-import tempfile
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import variable
 from pidpanel.check import checked_study
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.from_study import damper_model, read_cases, surface_of
 from pidpanel.damping.models import Damper
-from pidpanel.panel.files import read_basis
-from pidpanel.panel.from_study import write_panel
 from pidpanel.paths import SECTION, of_damper, study_path
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.files import Files, stage_files
 from pidpanel.provenance.links import check_working_folder
 from pidpanel.provenance.results import read_csv, read_netcdf
-from pidpanel.response.from_study import write_response
-from pidpanel.sound.from_study import band_table, write_sound
+from pidpanel.sound.from_study import band_table
+from pidpanel.stage_results import ResultsError, StageResults, result_at
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document
 from pidpanel.study.writing import plain, text_of, values_of, with_changes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
@@ -47,10 +45,6 @@ ACCELERATIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
 FREQUENCIES = 30
 
 Source = str | Path | Mapping[str, Any]
-
-
-class ResultsError(RuntimeError):
-    """Results that are not there, or not those of the study."""
 
 
 class Model:
@@ -115,7 +109,8 @@ class Model:
     def _repr_html_(self) -> str:
         """Return name and title, and the summary of the responses once they are computed."""
         head = f"<p><b>{html.escape(self.study.name)}</b>: {html.escape(self.study.title)}</p>"
-        return head + (self.summary().to_html(index=False) if "summary.csv" in self._stages else "")
+        is_computed = isinstance(self.study, Study) and self._stages.has_response
+        return head + (self.summary().to_html(index=False) if is_computed else "")
 
     @property
     def results(self) -> Path:
@@ -215,11 +210,11 @@ class Model:
         if damper not in coupons:
             named = f"must be one of {', '.join(coupons)}" if coupons else "no tones are simulated"
             raise StudyError(f"damper = {damper}: {named}")
-        return read_cases(self._result(str(of_damper(Path("coupon"), damper, "cases.csv"))))
+        return read_cases(result_at(of_damper(self.results / "coupon", damper, "cases.csv")))
 
     def modes(self) -> xr.Dataset:
         """Return the modes of the panel: frequencies, masses, shapes at the points and the mesh."""
-        basis = read_netcdf(self._stages["modes.nc"])
+        basis = read_netcdf(self._stages.files("panel").modes)
         modes = basis.isel(shape=np.flatnonzero(basis["is_residual"].to_numpy() == 0))
         modes = modes.sortby("natural_frequency").rename({"shape": "mode"})
         names = [str(name) for name in basis["point_names"].to_numpy()]
@@ -241,20 +236,31 @@ class Model:
             {"frequency": variable("frequency", bands["center_hz"], "Hz")},
         )
 
-    def response(self) -> xr.Dataset:
+    def response(self, lines: ArrayLike | None = None) -> xr.Dataset:
         """Return PSDs and rms values of every scenario at every point.
+
+        Parameters
+        ----------
+        lines
+            Frequencies of the PSDs [Hz], such as those of another model, with which `xarray.concat`
+            then joins them; by default those that resolve the resonances of this panel.
 
         Raises
         ------
         ResultsError
             If it depends on LIGGGHTS and the study was not run, or has changed since.
+        GridError
+            If the lines are too far apart for the resonances.
         """
         # matplotlib is slow to import
         from pidpanel.report.from_study import partly_known
         from pidpanel.report.inputs import without_errors
 
-        psd = read_netcdf(self._responses["psd.nc"])
-        summary, psd = without_errors(partly_known(self._with_panel()), self.summary(), psd)
+        frequency = None if lines is None else np.array(lines, np.float64)
+        files = self._stages.files("response", frequency)
+        table = read_csv(files.summary, dtype={"point": str})
+        labels = partly_known(self._with_panel())
+        summary, psd = without_errors(labels, table, read_netcdf(files.psd))
         index = summary.set_index(["scenario", "point"])
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         for column, (name, units, factor) in RMS.items():
@@ -265,7 +271,46 @@ class Model:
 
     def summary(self) -> pd.DataFrame:
         """Return the table of the responses, ``response/summary.csv``."""
-        return read_csv(self._responses["summary.csv"], dtype={"point": str})
+        return read_csv(self._stages.files("response").summary, dtype={"point": str})
+
+    def stress(self) -> xr.Dataset:
+        """Return PSDs and rms values of strains and stresses at every point, by layer."""
+        psd = read_netcdf(self._stages.files("response").stress)
+        for name, values in tuple(psd.items()):
+            rms = str(name).replace("_psd", "_rms")
+            psd[rms] = np.sqrt(values.astype(float).integrate("frequency"))
+            psd[rms].attrs["units"] = "1" if rms.startswith("strain") else "Pa"
+        return psd
+
+    def base(self, motion: str = "random") -> xr.Dataset:
+        """Return PSDs under ``random`` base motion, or amplitudes in a ``sine`` sweep."""
+        files = {"random": "psd", "sine": "sine"}
+        path = self._stages.files("base").get(files.get(motion, ""))
+        if path is None:
+            raise StudyError(f"motion = {motion}: must be a part of base: {', '.join(files)}")
+        return read_netcdf(path)
+
+    def optimise(self) -> pd.DataFrame:
+        """Return the proposed layouts, ``optimise/front.csv``: mass, rms values, reduction."""
+        return read_csv(self._stages.files("optimise").front)
+
+    def plot(self, point: str | None = None) -> Figure:
+        """Return a figure of the PSDs at a point, the first by default, for all scenarios."""
+        from matplotlib.figure import Figure
+
+        response, g = self.response(), STANDARD_GRAVITY
+        points = [str(name) for name in response["point"].to_numpy()]
+        if (point := point or points[0]) not in points:
+            raise StudyError(f"point = {point}: must be one of {', '.join(points)}")
+        axes = (figure := Figure(layout="constrained")).subplots()
+        for name, case in response.sel(point=point).groupby("scenario", squeeze=False):
+            rms = float(case["acceleration_rms"].item()) / g
+            curve = case["acceleration_psd"].squeeze("scenario") / g**2
+            axes.loglog(curve["frequency"], curve, label=f"{name}: {rms:.3g} g rms")
+        axes.set(xlabel="Frequency [Hz]", ylabel="Acceleration PSD [g²/Hz]")
+        axes.set_title(f"{self.study.name}, point {point}")
+        axes.legend()
+        return figure
 
     # ------------------------------------------------------------------ how it is computed
 
@@ -282,43 +327,9 @@ class Model:
         frequencies = [f for c in self.study.coupons.values() for f in c.sweep.frequencies]
         return min(frequencies), max(frequencies)
 
-    def _result(self, name: str) -> Path:
-        path = self.results / name
-        if not path.is_file():
-            raise ResultsError(f"{path}: missing; it needs LIGGGHTS runs: call run() first")
-        return path
-
     @cached_property
-    def _stages(self) -> dict[str, Path]:
-        """Files of the stages by name: of `run`, or computed here into a folder of their own."""
-        study = self._with_panel()
-        if self.study.coupons or self.study.is_coupled:
-            psd = self._result("response/psd.nc")
-            if read_netcdf(psd).attrs.get("study_hash") != stamp(study)["study_hash"]:
-                raise ResultsError(f"{psd}: of another state of the study; call run() again")
-            names = ("panel/modes.nc", "response/psd.nc", "response/summary.csv")
-            return {Path(name).name: self._result(name) for name in names}
-        self._own = tempfile.TemporaryDirectory(prefix="pidpanel_")
-        panel = stage_files(study, Path(self._own.name))["panel"]
-        panel.modes.parent.mkdir()
-        write_panel(study, panel)
-        return {path.name: path for (path,) in panel.all.values()}
-
-    @property
-    def _responses(self) -> dict[str, Path]:
-        """The files of `_stages` with those of the responses, computed if they are not there."""
-        study, files = self._with_panel(), self._stages
-        if "psd.nc" in files:
-            return files
-        stages = stage_files(study, Path(self._own.name))
-        for name in ("sound", "response"):
-            (Path(self._own.name) / name).mkdir(exist_ok=True)
-        upstream = Files({**stages["panel"].all, **stages["sound"].all})
-        with contextlib.redirect_stderr(io.StringIO()):  # lines for the log of the stage
-            write_sound(study, read_basis(upstream.modes), stages["sound"])
-            write_response(study, upstream, stages["response"], None, None)
-        files |= {path.name: path for (path,) in stages["response"].all.values()}
-        return files
+    def _stages(self) -> StageResults:
+        return StageResults(self._with_panel(), self.results)
 
     def _damper(self, source: str | None) -> Damper:
         study = self.study
@@ -338,7 +349,7 @@ class Model:
         return damper_model(study.dampers[source], surface, is_broadband=False)
 
     def _surface(self, damper: str) -> Path:
-        return self._result(str(of_damper(Path("damping"), damper, "surface.nc")))
+        return result_at(of_damper(self.results / "damping", damper, "surface.nc"))
 
 
 # Of C_e and m_a: unit and meaning.

@@ -20,6 +20,7 @@ from pidpanel.cli.options import (
     directory,
     force,
     jobs,
+    print_next,
     study_argument,
 )
 
@@ -67,6 +68,7 @@ def check(file: Path, directory: Path) -> None:
     from pidpanel.cli.study_overview import overview
 
     print(overview(checked_study(file), directory / "results"))
+    print_next(file, directory, "run")
 
 
 @pidpanel.command()
@@ -84,7 +86,11 @@ def run(options: Sequence[str], file: Path, jobs: int, directory: Path, dry_run:
     A stopped run resumes with the same command. Options after `--` go to Snakemake, such as
     `-- --workflow-profile profiles/slurm`.
     """
-    return run_study(file, directory, jobs, [*(["--dry-run"] if dry_run else []), *(options or ())])
+    dry = ["--dry-run"] if dry_run else []
+    status = run_study(file, directory, jobs, [*dry, *(options or ())])
+    if status == 0 and not dry_run:
+        print_next(file, directory, "report --open")
+    return status
 
 
 def run_study(file: Path, directory: Path, jobs: int, options: Sequence[str] = ()) -> int:
@@ -149,6 +155,8 @@ def optimise(file: Path, jobs: int, directory: Path, write: Path | None, force: 
     if status == 0 and write is not None:
         write_study(file, directory / "results" / study.name / "optimise" / "layouts.csv", write)
         print(f"{write}: written; next: pidpanel check {write}")
+    elif status == 0:
+        print_next(file, directory, "optimise --write best.yaml")
     return status
 
 
@@ -172,6 +180,7 @@ def identify(file: Path, directory: Path) -> None:
     write_tables(result, file, folder)
     write_identification(result, folder / "report.html")
     print(folder / "report.html")
+    print(folder / "identified.yaml")
 
 
 @pidpanel.command()
@@ -200,6 +209,8 @@ def status(file: Path, directory: Path) -> int:
     lines = [f"{study.name}: {state}; {(results / study.name).absolute()}"]
     lines += [f"cases: {cases}"] if cases.total else []
     print(*lines, *progress.stages(study, left), *failed, sep="\n")
+    if not runs:
+        print_next(file, directory, "run" if left else "report --open")
     return 1 if left or failed else 0
 
 
@@ -222,6 +233,8 @@ def report(file: Path, directory: Path, force: bool, is_opened: bool) -> None:
     print(page)
     if is_opened:
         click.launch(page.as_uri())
+    else:
+        print_next(file, directory, "report --open")
 
 
 @pidpanel.command()

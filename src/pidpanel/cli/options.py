@@ -3,6 +3,8 @@
 import inspect
 import math
 import os
+import shlex
+import sys
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
@@ -104,3 +106,11 @@ jobs = click.option(
     help="number of parallel jobs (default: 2)",
 )  # fmt: skip
 force = click.option("--force", is_flag=True, help="overwrite an existing file")
+
+
+def print_next(file: Path, directory: Path, *commands: str) -> None:
+    """Print the commands that may come next, apart from stdout, which scripts read."""
+    place = [] if directory == Path() else ["-d", str(directory)]
+    words = [command.split() for command in commands]
+    calls = [shlex.join(["pidpanel", name, str(file), *more, *place]) for name, *more in words]
+    print(f"next: {' or '.join(calls)}", file=sys.stderr)

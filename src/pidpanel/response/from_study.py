@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pidpanel.arrays import Array
 from pidpanel.damping.coupled import read_coupled
 from pidpanel.damping.from_study import dampers_of, with_mass_of
 from pidpanel.damping.laws import ConstantDamper
@@ -164,7 +165,12 @@ def scenario_of(
 
 
 def write_response(
-    study: Study, files: Files, output: Files, damping: Path | None, coupled: Path | None
+    study: Study,
+    files: Files,
+    output: Files,
+    damping: Path | None,
+    coupled: Path | None,
+    lines: Array | None = None,
 ) -> None:
     """Write PSDs, rms values, strain and stress of every scenario.
 
@@ -178,6 +184,8 @@ def write_response(
         Folder of the surfaces, ``results/<study>/damping``; None for a study without any.
     coupled
         Folder of the coupled runs; None for a study without any.
+    lines
+        (nf,) frequencies of the PSDs [Hz]; None for those that resolve the panel's resonances.
 
     Raises
     ------
@@ -188,6 +196,7 @@ def write_response(
     """
     scenarios = scenarios_of(study, dampers_of_scenarios(study, damping, coupled))
     start = read_response_panel(study, files)
+    start = replace(start, settings=replace(start.settings, lines=lines))
     plate = read_plate(files.plate)
     checked = checked_responses(start, plate, scenarios, StudySound(study))
     errors = None

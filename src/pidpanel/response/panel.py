@@ -16,7 +16,7 @@ from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import basis_shapes, modal_basis, refined
 from pidpanel.solve.excitation import Excitation, Matrices, ModalForce
 from pidpanel.solve.layout import LayoutResponse
-from pidpanel.solve.lines import frequency_grid
+from pidpanel.solve.lines import check_lines, frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel, PatchElements, deflection_at_points
 from pidpanel.solve.solvers import PanelSolver
@@ -41,6 +41,7 @@ class Settings:
     # Γ at which all damping is read; None for that of the motion
     stated_acceleration_g: float | None = None
     jumps: ArrayLike = ()  # frequencies at which the excitation jumps [Hz]
+    lines: Array | None = None  # (nf,) of the result [Hz]; None for those of the panel
 
 
 class ExcitationSource(Protocol):
@@ -107,6 +108,9 @@ class ResponsePanel:
         """(nf,) lines of the result [Hz]."""
         modes = self.basis.natural_frequency[~self.basis.is_residual]
         settings = self.settings
+        if settings.lines is not None:
+            check_lines(settings.lines, *settings.frequency_range, self.resolved_ratio)
+            return settings.lines
         return frequency_grid(*settings.frequency_range, self.resolved_ratio, modes, settings.jumps)
 
     @cached_property

@@ -134,3 +134,21 @@ def frequency_grid(
     peaks = np.asarray(natural_frequency, dtype=np.float64)
     peaks = peaks[(peaks > lowest) & (peaks < highest)]
     return np.unique(np.concatenate([even, peaks, inside, np.nextafter(inside, 0.0)]))
+
+
+def check_lines(lines: Array, lowest: float, highest: float, damping_ratio: float) -> None:
+    """Refuse lines that miss an end of the range, or are further apart than `frequency_grid`'s.
+
+    Raises
+    ------
+    GridError
+        With one line: what is wrong and what is allowed.
+    """
+    if not np.allclose(lines[[0, -1]], [lowest, highest], rtol=1e-9, atol=0.0):
+        ends = f"{lines[0]:g} to {lines[-1]:g} Hz"
+        raise GridError(f"lines: from {ends}; must be from {lowest:g} to {highest:g} Hz")
+    step = float(np.diff(np.log(lines)).max())
+    allowed = float(np.log(highest / lowest)) / (line_count(lowest, highest, damping_ratio) - 1)
+    if step > 1.001 * allowed:
+        message = f"must be at most {allowed:.3g} apart in ln f for ζ = {damping_ratio:.3g}"
+        raise GridError(f"lines: up to {step:.3g} apart; {message}")
