@@ -37,7 +37,8 @@ from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document
-from pidpanel.study.writing import plain, text_of, values_of, with_changes
+from pidpanel.study.values import plain
+from pidpanel.study.writing import text_of, values_of, with_changes
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
@@ -364,5 +365,5 @@ RMS = {
 def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
     """Return the study that a mapping is, checked like that of a file."""
     return checked_study(
-        Document.of_values(plain({"name": "notebook", **values}), folder / "notebook.yaml")
+        Document.of_values({"name": "notebook", **values}, folder / "notebook.yaml")
     )
