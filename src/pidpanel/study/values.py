@@ -96,8 +96,9 @@ def merged(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, A
     together = dict(values)
     for key, change in changes.items():
         section = together.get(key)
-        is_section = isinstance(section, Mapping) and isinstance(change, Mapping)
-        together[key] = merged(section, change) if is_section else change
+        if isinstance(section, Mapping) and isinstance(change, Mapping):
+            change = merged(section, change)
+        together[key] = change
     return together
 
 
