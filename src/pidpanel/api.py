@@ -32,7 +32,8 @@ from pidpanel.stage_results import ResultsError, StageResults, result_at
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document
-from pidpanel.study.writing import plain, text_of, values_of, with_changes
+from pidpanel.study.values import plain
+from pidpanel.study.writing import text_of, values_of, with_changes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -375,5 +376,5 @@ RMS = {
 def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
     """Return the study that a mapping is, checked like that of a file."""
     return checked_study(
-        Document.of_values(plain({"name": "notebook", **values}), folder / "notebook.yaml")
+        Document.of_values({"name": "notebook", **values}, folder / "notebook.yaml")
     )

@@ -12,7 +12,8 @@ import pytest
 from pidpanel.api import Model
 from pidpanel.paths import STUDIES
 from pidpanel.study import StudyError
-from pidpanel.study.writing import plain, values_of
+from pidpanel.study.values import plain
+from pidpanel.study.writing import values_of
 
 
 def _study(**panel):
@@ -51,8 +52,8 @@ def test_numbers_that_a_32_bit_number_has_keep_them():
     [
         object(), len, int, b"x", bytearray(b"x"), {1}, 1j, np.complex128(1), np.clongdouble(1),
         pd.Series([0.02]), (entry for entry in "ab"), np.array([object()]), decimal.Decimal("inf"),
-        decimal.Decimal("sNaN"), 10**5000, float("nan"), float("inf"), np.float32("inf"),
-        *_endless(), {10**5000: 1}, {b"x": 1}, {(1, 2): 1}, {None: 1},
+        float("nan"), float("inf"), np.float32("inf"), *_endless(), {b"x": 1}, {(1, 2): 1},
+        {None: 1},
     ],
     ids=lambda value: type(value).__name__,
 )  # fmt: skip

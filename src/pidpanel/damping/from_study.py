@@ -214,7 +214,7 @@ def compare_measured(coupon: Coupon, file: Path, cases: pd.DataFrame) -> pd.Data
 def _constant(
     damper: ConstantSection | LossFactorDamper, value: float, loss_mass: float
 ) -> ConstantDamper:
-    error, weight = getattr(damper, damper.error), damper.weight
+    error, weight = getattr(damper, damper.error), damper.particle_mass_per_area_kg_m2
     mass = damper.apparent_mass_kg_m2 or (weight if damper.apparent_mass else 0.0)
     return ConstantDamper(
         equivalent_damping=value,

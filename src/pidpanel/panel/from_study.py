@@ -43,7 +43,7 @@ def _material(spec: MaterialInput) -> sections.Material:
     E, nu = spec.youngs_modulus, spec.poissons_ratio
     if E is not None and nu is not None:
         return sections.Material.isotropic(E, nu, spec.density_kg_m3)
-    return sections.Material(*spec.orthotropic_moduli, spec.nu12 or 0.0, spec.density_kg_m3)
+    return sections.Material(spec.e1, spec.e2, spec.g12, spec.nu12 or 0.0, spec.density_kg_m3)
 
 
 @dataclass(frozen=True)

@@ -68,8 +68,8 @@ class SectionModel(BaseModel):
 
 
 def _as_written(value: Any) -> Any:
-    is_whole = isinstance(value, int) and not isinstance(value, bool)
-    return getattr(value, "written", str(value) if is_whole else value)
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return getattr(value, "written", repr(value)) if is_number else value
 
 
 T = TypeVar("T")

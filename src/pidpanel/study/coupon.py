@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import ShapeName
@@ -15,6 +15,7 @@ from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.particles import Particles, Stiffness, Walls
 from pidpanel.study.quantity import Quantity, whole
 from pidpanel.study.sweep import USUAL_SWEEP, Sweep
+from pidpanel.study.units import InSI
 
 MOST_RUNS = 200_000  # runs that a sweep may have; twice as many as have been run
 MOST_SPHERES = 1_000_000  # spheres that a run may have: a step of them takes a second
@@ -34,15 +35,8 @@ class Cell(SectionModel):
     count: Annotated[int, whole(1, 200)] = 5
     """Cells per run, shaken side by side; they share only the drive."""
 
-    @property
-    def across_flats(self) -> float:
-        """Width of the cell [m]."""
-        return self.across_flats_mm * 1e-3
-
-    @property
-    def depth(self) -> float:
-        """Depth of the cell [m]."""
-        return self.depth_mm * 1e-3
+    across_flats: ClassVar = InSI("across_flats_mm")
+    depth: ClassVar = InSI("depth_mm")
 
 
 class Accuracy(SectionModel):
@@ -104,15 +98,12 @@ class Coupon(SectionModel):
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
     """Your own deck template instead of ``templates/shake.in.j2``."""
 
+    gravity: ClassVar = InSI("gravity_g")
+
     @property
     def diameters(self) -> tuple[float, ...]:
         """Diameters of the particles [m]: those of the sweep, or the one of the particles."""
-        return tuple(d * 1e-3 for d in self.sweep.diameter_mm or (self.particles.diameter_mm,))
-
-    @property
-    def gravity(self) -> float:
-        """Acceleration of gravity [m/s²]."""
-        return self.gravity_g * STANDARD_GRAVITY
+        return self.sweep.diameters or (self.particles.diameter,)
 
     @property
     def bed_mass_per_area(self) -> float:

@@ -67,11 +67,6 @@ class BedDamper(DamperSection, Coupon):
         return BEDS[self.model]
 
     @property
-    def needs_fill(self) -> bool:
-        """Whether its damping depends on the fill of the patch."""
-        return True
-
-    @property
     def bed(self) -> Any:
         """Cell, particles and gravity."""
         names = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}

@@ -3,7 +3,7 @@
 import copy
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,8 +14,8 @@ from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
 from pidpanel.study.loader import EMPTY, Content, number_of, printable, problem_of
 from pidpanel.study.mistakes import Keys, Mistake, dotted, mistakes_of
-from pidpanel.study.numbers import merged, numbered, sections
 from pidpanel.study.study import Study
+from pidpanel.study.values import merged, plain, sections
 from pidpanel.text_files import TextFileError, one_line, read_text
 
 LONGEST_VALUE = 60  # longest value that a message shows whole [characters]
@@ -62,12 +62,12 @@ class Document:
         """Return the document that values are, named and placed as a file of the path would be."""
         document = cls.__new__(cls)
         document.path, document.source, document.place, document.mistakes = path, source, source, []
-        document.data, document._lines = numbered(values, read=printable), {(): NO_LINE}
+        document.data, document._lines = plain(values, printable), {(): NO_LINE}
         return document
 
     def changed(self, values: Mapping[str, Any]) -> "Document":
         """Return the document with other values: text among them is read as YAML reads it."""
-        document, changes = copy.copy(self), numbered(sections(values), read=number_of)
+        document, changes = copy.copy(self), plain(sections(values), number_of)
         document._lines = {**self._lines, **dict.fromkeys(_replaced(self.data, changes), NO_LINE)}
         document.data = merged(self.data, changes)
         return document
@@ -187,23 +187,17 @@ def study_in(document: Document) -> Study | CouponStudy:
         raise document.error(
             [Mistake(("damping",), f"{message}. Delete it, or add panel and sound")]
         )
-    return section_in(document, CouponStudy if is_coupon else Study, _in_file)
+    return section_in(document, CouponStudy if is_coupon else Study)
 
 
-def section_in(
-    document: Document,
-    model: type[T],
-    explain: Callable[[Mistake, Document], Mistake] | None = None,
-) -> T:
-    """Return the model of a whole file; `StudyError` with its mistakes, as they are explained."""
+def section_in(document: Document, model: type[T]) -> T:
+    """Return the model of a whole file; `StudyError` with its mistakes."""
     values = {"name": document.path.stem, **document.data}
     try:
         section = model.model_validate(values, context={"folder": document.path.parent})
     except ValidationError as error:
-        mistakes = list(mistakes_of(error, model))
-        if explain:
-            mistakes = [explain(mistake, document) for mistake in mistakes]
-        raise document.error(mistakes) from None
+        mistakes = mistakes_of(error, model)
+        raise document.error(_in_file(mistake, document) for mistake in mistakes) from None
     if document.mistakes:
         raise document.error([])
     return section

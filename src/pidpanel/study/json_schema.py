@@ -26,10 +26,17 @@ class _Plain(GenerateJsonSchema):
     def field_title_should_be_set(self, schema: Any) -> bool:
         return False
 
+    def tagged_union_schema(self, schema: Any) -> Any:
+        described = super().tagged_union_schema(schema)
+        described.pop("discriminator", None)  # no JSON schema has it
+        return described
+
     def model_schema(self, schema: Any) -> Any:
         described = super().model_schema(schema)
+        if "description" in described:
+            described["description"] = _sentences(described["description"])
         for key, text in docstrings(schema["cls"]).items():
-            described["properties"][key].setdefault("description", text)
+            described["properties"][key].setdefault("description", _sentences(text))
         return described
 
 
@@ -61,7 +68,7 @@ def study_schema() -> dict[str, Any]:
     >>> sorted(study_schema()["then"]["required"])
     ['panel']
     """
-    schema = _plain(Study.model_json_schema(schema_generator=_Plain))
+    schema = Study.model_json_schema(schema_generator=_Plain)
     panel_keys = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
     required = [key for key in schema.pop("required") if key in panel_keys]
     return {
@@ -77,28 +84,6 @@ def study_schema() -> dict[str, Any]:
 def schema_text() -> str:
     """Return the schema as the text of its file."""
     return json.dumps(study_schema(), indent=1, ensure_ascii=False) + "\n"
-
-
-def _plain(node: Any, *, of_keys: bool = False) -> Any:
-    """Return a schema without what is no JSON schema, its descriptions as plain sentences.
-
-    Below ``properties`` and ``$defs`` names are those of keys and models, whatever they are.
-    """
-    if isinstance(node, list):
-        return [_plain(item) for item in node]
-    if not isinstance(node, dict):
-        return node
-    if of_keys:
-        return {key: _plain(value) for key, value in node.items()}
-    return {
-        key: _sentences(value)
-        if key == "description"
-        else value
-        if key in ("default", "const", "enum")
-        else _plain(value, of_keys=key in ("properties", "$defs"))
-        for key, value in node.items()
-        if key != "discriminator"
-    }
 
 
 def _sentences(text: str) -> str:

@@ -14,7 +14,7 @@ import yaml
 from pidpanel.columns import NUMBER
 from pidpanel.study.base import StudyError
 from pidpanel.study.mistakes import WORDS, Keys, Mistake
-from pidpanel.study.numbers import WrittenFloat, WrittenInt, written
+from pidpanel.study.values import WrittenFloat, WrittenInt, written
 
 CORE = "tag:yaml.org,2002:"
 PLAIN = "plain"  # tag of a scalar without quotes and without a tag

@@ -39,9 +39,11 @@ class Normal(SectionModel):
     deviation_mm: Spread
     """Standard deviation of the diameter [mm]."""
 
+    deviation: ClassVar = InSI("deviation_mm")
+
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a mean diameter [m]."""
-        reach = 2 * self.deviation_mm * 1e-3
+        reach = 2 * self.deviation
         return Sizes("normal", diameter - reach, diameter + reach)
 
 
@@ -53,10 +55,11 @@ class Uniform(SectionModel):
     half_width_mm: Spread
     """Largest difference from ``diameter_mm`` [mm]."""
 
+    half_width: ClassVar = InSI("half_width_mm")
+
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for a mean diameter [m]."""
-        reach = self.half_width_mm * 1e-3
-        return Sizes("uniform", diameter - reach, diameter + reach)
+        return Sizes("uniform", diameter - self.half_width, diameter + self.half_width)
 
 
 class Binary(SectionModel):
@@ -69,11 +72,12 @@ class Binary(SectionModel):
     second_share: RelativeError
     """Share of the particles, by number, that have the second diameter."""
 
+    second: ClassVar = InSI("second_mm")
+
     def sizes(self, diameter: float) -> Sizes:
         """Return the sizes for the first diameter [m]."""
-        second = self.second_mm * 1e-3
-        share = 1 - self.second_share if second < diameter else self.second_share
-        return Sizes("binary", min(diameter, second), max(diameter, second), share)
+        share = 1 - self.second_share if self.second < diameter else self.second_share
+        return Sizes("binary", min(diameter, self.second), max(diameter, self.second), share)
 
 
 Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="kind")]
@@ -114,12 +118,13 @@ class Particles(SectionModel):
         >>> Particles(diameter_mm=2, shell_mm=0.5, density_kg_m3=800).effective_density(2e-3)
         700.0
         """
-        if self.shell_mm is None:
+        if self.shell is None:
             return self.density_kg_m3
-        return self.density_kg_m3 * (1 - (1 - 2 * self.shell_mm * 1e-3 / diameter) ** 3)
+        return self.density_kg_m3 * (1 - (1 - 2 * self.shell / diameter) ** 3)
 
+    diameter: ClassVar = InSI("diameter_mm")
+    shell: ClassVar = InSI("shell_mm")
     youngs_modulus: ClassVar = InSI("youngs_modulus_mpa")
-    """Young's modulus of the material [Pa]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.shell_mm is not None:
@@ -148,7 +153,6 @@ class Walls(SectionModel):
     """Coefficient of rolling friction on a wall."""
 
     youngs_modulus: ClassVar = InSI("youngs_modulus_mpa")
-    """Young's modulus of the walls [Pa]; None for that of the particles."""
 
 
 # Share of a period or a radius [1].
@@ -219,11 +223,10 @@ class Stiffness(SectionModel):
         >>> Stiffness().limits(0.05), Stiffness().limits(0.3)
         ((0.02, 0.1), (0.01, 0.05))
         """
-        allowed = self.contact_time_per_period, self.overlap_per_radius
-        if not self.crossing.holds_at(stroke_per_gap):
-            return allowed
-        crossing = self.crossing.contact_time_per_period, self.crossing.overlap_per_radius
-        return min(allowed[0], crossing[0]), min(allowed[1], crossing[1])
+        time, overlap = self.contact_time_per_period, self.overlap_per_radius
+        if self.crossing.holds_at(stroke_per_gap):
+            time = min(time, self.crossing.contact_time_per_period)
+            overlap = min(overlap, self.crossing.overlap_per_radius)
+        return time, overlap
 
     choices: ClassVar = InSI("choices_mpa")
-    """Moduli to choose from [Pa]."""

@@ -44,7 +44,6 @@ class ThinSectionInput(SectionModel):
     [N/m]. By default that of a homogeneous plate, 12 D/t²; two thin faces have 4 D/t²."""
 
     thickness: ClassVar = InSI("thickness_mm")
-    """Thickness [m]."""
 
     @property
     def properties(self) -> tuple[float, float, float, float, float | None]:
@@ -82,10 +81,7 @@ class SolidSectionInput(SectionModel):
     """Thickness [mm]."""
 
     youngs_modulus: ClassVar = InSI("youngs_modulus_gpa")
-    """Young's modulus [Pa]."""
-
     thickness: ClassVar = InSI("thickness_mm")
-    """Thickness [m]."""
 
     @property
     def properties(self) -> tuple[float, float, float, float]:
@@ -112,13 +108,9 @@ class MaterialInput(SectionModel):
     """Major Poisson's ratio: transverse over longitudinal strain under tension along the fibre."""
 
     youngs_modulus: ClassVar = InSI("youngs_modulus_gpa")
-    """Young's modulus [Pa]; None for an orthotropic material."""
-
-    @property
-    def orthotropic_moduli(self) -> tuple[float, float, float]:
-        """E1, E2 and G12 [Pa]; zero for an isotropic material."""
-        E1, E2, G12 = ((v or 0.0) * 1e9 for v in (self.e1_gpa, self.e2_gpa, self.g12_gpa))
-        return E1, E2, G12
+    e1: ClassVar = InSI("e1_gpa")
+    e2: ClassVar = InSI("e2_gpa")
+    g12: ClassVar = InSI("g12_gpa")
 
     forms: ClassVar = (
         ("youngs_modulus_gpa", "poissons_ratio"),
@@ -141,10 +133,7 @@ class PlyInput(SectionModel):
     """Angle from the panel's x to the fibre [°]."""
 
     thickness: ClassVar = InSI("thickness_mm")
-    """Thickness [m]."""
-
     angle: ClassVar = InSI("angle_deg")
-    """Angle from the panel's x to the fibre [rad]."""
 
 
 class CoreInput(SectionModel):
@@ -171,10 +160,7 @@ class CoreInput(SectionModel):
             yield Mistake(("grade",), f"unknown grade; the nearest are {', '.join(near)}")
 
     thickness: ClassVar = InSI("thickness_mm")
-    """Thickness [m]."""
-
     ribbon: ClassVar = InSI("ribbon_deg")
-    """Angle from the panel's x to the ribbon (L) direction [rad]."""
 
     @property
     def properties(self) -> tuple[float, float, float]:
@@ -251,7 +237,6 @@ class SandwichSectionInput(SectionModel):
         return self.core.thickness_mm + faces
 
     thickness: ClassVar = InSI("thickness_mm")
-    """Thickness of the core and both faces [m]."""
 
 
 Section = Annotated[ThinSectionInput | SolidSectionInput | SandwichSectionInput, *by_kind("thin")]

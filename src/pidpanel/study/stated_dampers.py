@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -57,7 +56,7 @@ class DamperSection(SectionModel):
     @property
     def needs_fill(self) -> bool:
         """Whether its damping depends on the fill of the patch."""
-        return False
+        return self.kind in ("law", "particles")
 
     @property
     def states_error(self) -> bool:
@@ -101,11 +100,6 @@ class LawDamper(DamperSection):
         return LAWS[self.law]
 
     @property
-    def needs_fill(self) -> bool:
-        """Whether its damping depends on the fill of the patch."""
-        return True
-
-    @property
     def bed(self) -> None:
         """None: the law is for any particles."""
 
@@ -122,9 +116,10 @@ class _FileDamper(DamperSection):
         return ModelText("Table", "table", 1)
 
     @property
-    @abstractmethod
     def file(self) -> Path:
         """Its table."""
+        file: Path = getattr(self, self.kind)
+        return file
 
     @cached_property
     def rows(self) -> list[dict[str, float]]:
@@ -136,10 +131,10 @@ class _FileDamper(DamperSection):
         except (ColumnsError, ValueError):
             return []
 
-    @property
+    @cached_property
     def columns(self) -> set[str]:
         """Names of the columns of its table."""
-        return set(self.rows[0]) if self.rows else set()
+        return set().union(*self.rows[:1])
 
     @property
     def needs_fill(self) -> bool:
@@ -183,11 +178,6 @@ class TableDamper(_FileDamper):
     a table without a column ``apparent_mass_kg_m2``."""
 
     @property
-    def file(self) -> Path:
-        """Its table."""
-        return self.table
-
-    @property
     def is_massless(self) -> bool:
         """Whether particles of a stated mass act without any."""
         return self.apparent_mass is None and super().is_massless
@@ -207,11 +197,6 @@ class ImpedanceDamper(_FileDamper):
     """CSV table of the impedance per area Z = C_e + iω m_a over frequency, for every fill fraction
     and amplitude."""
 
-    @property
-    def file(self) -> Path:
-        """Its table."""
-        return self.impedance
-
 
 class _StatedDamper(DamperSection):
     """The same damping at every frequency, fill fraction and amplitude."""
@@ -223,15 +208,11 @@ class _StatedDamper(DamperSection):
     it."""
     apparent_mass_error_kg_m2: ApparentMass | None = None
     """Its standard error [kg/m²]."""
+    particle_mass_per_area_kg_m2: MassPerArea | None = None
+    """Mass of the damper per area [kg/m²]; by default its apparent mass. Also m″ of a loss factor,
+    unless ``patch_mass_per_area_kg_m2`` is given."""
 
-    # name of the value, and of its error, which is carried relative to it
-    error: ClassVar[str] = ""
-
-    @property
-    def weight(self) -> float | None:
-        """Mass of the particles per area [kg/m²]."""
-        weight: float | None = getattr(self, "particle_mass_per_area_kg_m2", None)
-        return weight
+    error: ClassVar[str] = ""  # name of the error of the value, which is carried relative to it
 
     @property
     def states_error(self) -> bool:
@@ -248,9 +229,10 @@ class _StatedDamper(DamperSection):
     def is_massless(self) -> bool:
         """Whether particles of a stated mass act without any."""
         has_mass = self.apparent_mass is not None or self.apparent_mass_kg_m2 is not None
-        return self.weight is not None and not has_mass
+        return self.particle_mass_per_area_kg_m2 is not None and not has_mass
 
     def mistakes(self) -> Iterator[Mistake]:
+        weight = self.particle_mass_per_area_kg_m2
         if getattr(self, self.error) and getattr(self, self.kind) == 0:
             yield Mistake((self.error,), f"must be 0 where {self.kind} is 0, as it is relative")
         if self.apparent_mass_error_kg_m2 is not None and self.apparent_mass_kg_m2 is None:
@@ -258,15 +240,15 @@ class _StatedDamper(DamperSection):
         if self.apparent_mass is not None:
             if self.apparent_mass_kg_m2 is not None:
                 yield Mistake(("apparent_mass",), "not allowed with apparent_mass_kg_m2")
-            if self.weight is None:
+            if weight is None:
                 yield Mistake(("apparent_mass",), "requires particle_mass_per_area_kg_m2")
-        elif MOST_OF_MASS * (self.weight or math.inf) < (self.apparent_mass_kg_m2 or 0.0):
+        elif MOST_OF_MASS * (weight or math.inf) < (self.apparent_mass_kg_m2 or 0.0):
             message = f"more than {MOST_OF_MASS:g} times particle_mass_per_area_kg_m2 = "
-            yield Mistake(("apparent_mass_kg_m2",), f"{message}{self.weight:g}; in g/m²?")
+            yield Mistake(("apparent_mass_kg_m2",), f"{message}{weight:g}; in g/m²?")
 
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return m_a, the mass, or that of the inertia of C_e at a frequency [Hz] [kg/m²]."""
-        return max(self.apparent_mass_kg_m2 or 0.0, self.weight or 0.0)
+        return max(self.apparent_mass_kg_m2 or 0.0, self.particle_mass_per_area_kg_m2 or 0.0)
 
 
 class ConstantSection(_StatedDamper):
@@ -278,8 +260,6 @@ class ConstantSection(_StatedDamper):
     """C_e at every frequency, fill fraction and amplitude [N s/m³]; 0 for dead weight."""
     equivalent_damping_error_n_s_m3: EquivalentDamping | None = None
     """Its standard error [N s/m³]."""
-    particle_mass_per_area_kg_m2: MassPerArea | None = None
-    """Mass of the damper per area [kg/m²]; by default its apparent mass."""
 
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return m_a, the mass, or that of the inertia of C_e at a frequency [Hz] [kg/m²]."""
@@ -296,15 +276,12 @@ class LossFactorDamper(_StatedDamper):
     """η in C_e = η m″ ω, with the mass m″ given by another key; a number, not percent."""
     loss_factor_error: LossFactor | None = None
     """Its standard error."""
-    particle_mass_per_area_kg_m2: MassPerArea | None = None
-    """Mass of the damper per area [kg/m²]; by default its apparent mass. Also m″ of the loss
-    factor, unless ``patch_mass_per_area_kg_m2`` is given."""
     patch_mass_per_area_kg_m2: MassPerArea | None = None
     """m″ if the loss factor is that of the whole patch, panel and treatment [kg/m²]."""
 
     def mistakes(self) -> Iterator[Mistake]:
         yield from super().mistakes()
-        if not (self.weight or self.patch_mass_per_area_kg_m2):
+        if not (self.particle_mass_per_area_kg_m2 or self.patch_mass_per_area_kg_m2):
             message = "missing; required for loss_factor as its mass m″, unless "
             message += "patch_mass_per_area_kg_m2 (panel and treatment) is given"
             yield Mistake(("particle_mass_per_area_kg_m2",), message)

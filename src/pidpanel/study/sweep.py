@@ -83,10 +83,8 @@ class Sweep(SectionModel):
     """Combinations with a larger velocity amplitude a/ω are omitted [m/s]."""
 
     accelerations: ClassVar = InSI("acceleration_g")
-    """Amplitudes of the acceleration [m/s²]."""
-
     displacements: ClassVar = InSI("displacement_mm")
-    """Amplitudes of the displacement [m]."""
+    diameters: ClassVar = InSI("diameter_mm")
 
     @property
     def frequencies(self) -> tuple[float, ...]:

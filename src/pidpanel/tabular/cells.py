@@ -86,6 +86,8 @@ def is_value(cell: str) -> bool:
 
 def plain(cell: str, *, is_comma: bool = False) -> str:
     """Return a number in the one form that Python reads; other text as it is."""
+    if not is_comma and NUMBER.fullmatch(cell):
+        return cell
     text = SPACED.sub("", cell.replace("−", "-").replace("–", "-").strip())
     text = re.sub(
         r"[\d.,]*\d[\d.,]*", lambda run: _with_point(run[0], ".,"[:: 1 if is_comma else -1]), text

@@ -14,7 +14,7 @@ from pidpanel.paths import study_path
 from pidpanel.provenance.digests import package_digest
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.document import Document
-from pidpanel.study.numbers import merged
+from pidpanel.study.values import merged
 
 # Keys of a configuration that are not of a study.
 SETTINGS = frozenset({"study", "job_minutes", "container"})
