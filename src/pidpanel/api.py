@@ -32,7 +32,10 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files, stage_files
 from pidpanel.provenance.links import check_working_folder
 from pidpanel.provenance.results import read_csv, read_netcdf
-from pidpanel.response.from_study import write_response
+from pidpanel.response.from_study import partly_known, write_response
+from pidpanel.severity.from_study import rms_margins
+from pidpanel.severity.margins import JUDGED
+from pidpanel.severity.tables import PLACE
 from pidpanel.sound.from_study import band_table, write_sound
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
@@ -250,7 +253,6 @@ class Model:
             If it depends on LIGGGHTS and the study was not run, or has changed since.
         """
         # matplotlib is slow to import
-        from pidpanel.report.from_study import partly_known
         from pidpanel.report.inputs import without_errors
 
         psd = read_netcdf(self._responses["psd.nc"])
@@ -264,8 +266,15 @@ class Model:
         return psd
 
     def summary(self) -> pd.DataFrame:
-        """Return the table of the responses, ``response/summary.csv``."""
-        return read_csv(self._responses["summary.csv"], dtype={"point": str})
+        """Return ``response/summary.csv``, with margin and verdict where a point has a rms limit.
+
+        They are those of ``severity/margins.csv`` under sound.
+        """
+        table = read_csv(self._responses["summary.csv"], dtype={"point": str})
+        rows = rms_margins(self._with_panel(), table)
+        columns = {"limit": "limit_rms_g", **{name: name for name in JUDGED}}
+        judged = rows[[*PLACE, *columns]].rename(columns=columns)
+        return table.merge(judged, "left", list(PLACE)) if len(judged) else table
 
     # ------------------------------------------------------------------ how it is computed
 
@@ -358,6 +367,7 @@ RMS = {
     "reduction_db": ("reduction", "dB", 1.0),
     "reduction_error_db": ("reduction_error", "dB", 1.0),
     "added_mass_kg": ("added_mass", "kg", 1.0),
+    "margin_db": ("margin", "dB", 1.0),
 }
 
 

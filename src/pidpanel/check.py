@@ -21,6 +21,7 @@ from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
 from pidpanel.study.response import LEAST_SPAN, Response
+from pidpanel.study.severity import limit_tables
 from pidpanel.study.sound import Sound
 from pidpanel.study.stated_dampers import ImpedanceDamper, TableDamper
 from pidpanel.text_files import TextFileError, read_text
@@ -171,7 +172,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         yield Mistake(("panel", "damping_ratio"), _outside(frequency, study.response))
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study, study.base, study.base.random)
-    for point, path in study.severity.limits.items() if study.severity else ():
+    for point, path in limit_tables(study.limits).items():
         yield from _check_limit(point, path, study.response)
     if study.measurements:
         from pidpanel.measurement.from_study import mistakes_of_files
@@ -300,7 +301,7 @@ def _check_limit(point: str, path: Path, response: Response) -> Iterator[Mistake
     from pidpanel.solve.bands import third_octaves
     from pidpanel.spectra.acceleration_table import read_base_table
 
-    keys = ("severity", "limits", point)
+    keys = ("limits", point, "psd")
     limit = yield from read_at(keys, lambda: read_base_table(path))
     if limit is None:
         return
