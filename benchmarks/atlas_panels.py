@@ -124,7 +124,7 @@ def responses(
             for number, case in enumerate(cases)
         ]  # fmt: skip
         checked = checked_responses(
-            panel, read_plate(files["plate.nc"]), scenarios, StudySound(model.study),
+            panel, read_plate(read.plate), scenarios, StudySound(model.study),
         )  # fmt: skip
     return [_rms(case, checked.panel.frequency) for case in checked.cases]
 

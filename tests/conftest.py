@@ -125,8 +125,8 @@ def table_values(law_values):
             "strength": {
                 "layers": {f"{key}_mpa": value for key, value in {**strength, "shear": 170}.items()}
             },
-            "limits": {"centre": "limit.csv"},
         }
+        found["limits"] = {"centre": {"psd": "limit.csv", "rms_g": 20}}
         found["measurements"] = {"shaker 7": {"file": "test.csv", "point": "centre"}}
         return found
 

@@ -13,6 +13,7 @@ import yaml
 from pidpanel.check import check_machine, checked_study
 from pidpanel.cli import MISTAKE, main
 from pidpanel.cli.study_overview import overview
+from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.coupon.liggghts.deck import TRUST
 from pidpanel.solve.lines import LINES_AT_MOST, frequency_grid
 from pidpanel.study import StudyError, load_any_study
@@ -68,6 +69,39 @@ def test_a_deck_of_ones_own_is_checked_at_once(tmp_path, text, message, monkeypa
     ((line, told),) = refused(tmp_path, {"coupon": {**COUPON, "deck": "own.in.j2"}})
     assert line == "deck: own.in.j2"
     assert told.startswith(f"coupon.deck = own.in.j2: {message}".replace("{folder}/", ""))
+
+
+CYCLES = "{{ cycles_file }} {{ steps_per_cycle }} "
+
+
+@pytest.mark.parametrize(
+    ("coupon", "message"),
+    [
+        ({"deck_values": {"viscosity": 2, "gap": 4}}, ""),
+        ({"deck_values": {"viscosity": 2}, "vary": {"deck_values.viscosity": [2, 3]}}, ""),
+        ({}, "coupon.deck = own.in.j2: unknown variable viscosity; allowed are acceleration, "),
+        ({"deck_values": {"viscosity": 2, "speed": 3}}, "coupon.deck_values.speed = 3: is a variable of all decks"),
+        ({"deck_values": {"viscosity": 2, "density": 3}}, "coupon.deck_values.density = 3: not used by own.in.j2"),
+        ({"deck_values": {"viscosity": "a lot"}}, "coupon.deck_values.viscosity = a lot: must be a number"),
+        ({"deck_values": {"viscosity": 2}, "vary": {"deck_values.viscosty": [2]}}, "coupon.vary.deck_values.viscosty = [2]: unknown key; did you mean viscosity"),
+        ({"deck_values": {"viscosity": 2}, "deck": None}, "coupon.deck_values.viscosity = 2: not used by any deck"),
+    ],
+)  # fmt: skip
+def test_values_of_a_deck_are_those_that_it_uses(tmp_path, coupon, message, monkeypatch):
+    monkeypatch.setenv(TRUST, "1")
+    (tmp_path / "own.in.j2").write_text(CYCLES + "{% include 'part.j2' %}{{ viscosity }}")
+    (tmp_path / "part.j2").write_text("{{ gap|default('') }} ")
+    values = {
+        key: value for key, value in {**COUPON, "deck": "own.in.j2", **coupon}.items() if value
+    }
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump({"coupon": values}))
+    if not message:
+        decks = [case.point.deck_text() for case in distinct_cases(checked_study(path)).values()]
+        assert {text.rpartition(" ")[2] for text in decks} == set("23" if "vary" in coupon else "2")
+        return
+    ((_, told),) = refused(tmp_path, {"coupon": values})
+    assert told.startswith(message)
 
 
 def test_a_varied_deck_is_told_where_it_is_in_its_list(tmp_path, monkeypatch):

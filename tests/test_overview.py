@@ -200,10 +200,7 @@ def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(
 
 def test_motions_and_limits_far_below_those_of_tests_are_named(tmp_path):
     study = tmp_path / "stiff.yaml"
-    text = (
-        STIFF.replace("model: coupled", "model: atlas")
-        + "severity: {limits: {middle: limit.csv}}\n"
-    )
+    text = STIFF.replace("model: coupled", "model: atlas") + "limits: {middle: {psd: limit.csv}}\n"
     for size, named in ((1e-30, 3), (0.1, 0)):
         motions = f"{{random: {{spectrum: limit.csv}}, sine: {{frequency_hz: [60, 90], acceleration_g: {size}}}}}"
         study.write_text(f"{text}base: {motions}\n")
@@ -214,16 +211,13 @@ def test_motions_and_limits_far_below_those_of_tests_are_named(tmp_path):
 
 def test_limits_of_a_part_of_the_response_are_named(tmp_path):
     study = tmp_path / "stiff.yaml"
-    text = (
-        STIFF.replace("model: coupled", "model: atlas")
-        + "severity: {limits: {middle: limit.csv}}\n"
-    )
+    text = STIFF.replace("model: coupled", "model: atlas") + "limits: {middle: {psd: limit.csv}}\n"
     study.write_text(text)
     for last, named in ((100, True), (290, False)):
         rows = f"frequency_hz,acceleration_psd_g2_hz\n50,1\n{last},1\n"
         (tmp_path / "limit.csv").write_text(rows)
         lines = " ".join(lines_of(study, tmp_path).get("data", []))
-        assert ("severity.limits.middle has 50 to 100 Hz" in lines) == named
+        assert ("limits.middle.psd has 50 to 100 Hz" in lines) == named
 
 
 STIFF = """

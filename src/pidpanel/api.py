@@ -27,6 +27,10 @@ from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.links import check_working_folder
 from pidpanel.provenance.results import read_csv, read_netcdf
+from pidpanel.response.from_study import partly_known
+from pidpanel.severity.from_study import rms_margins
+from pidpanel.severity.margins import JUDGED
+from pidpanel.severity.tables import PLACE
 from pidpanel.sound.from_study import band_table
 from pidpanel.stage_results import ResultsError, StageResults, result_at
 from pidpanel.study import CouponStudy, Study, StudyError
@@ -254,7 +258,6 @@ class Model:
             If the lines are too far apart for the resonances.
         """
         # matplotlib is slow to import
-        from pidpanel.report.from_study import partly_known
         from pidpanel.report.inputs import without_errors
 
         frequency = None if lines is None else np.array(lines, np.float64)
@@ -271,8 +274,15 @@ class Model:
         return psd
 
     def summary(self) -> pd.DataFrame:
-        """Return the table of the responses, ``response/summary.csv``."""
-        return read_csv(self._stages.files("response").summary, dtype={"point": str})
+        """Return ``response/summary.csv``, with margin and verdict where a point has a rms limit.
+
+        They are those of ``severity/margins.csv`` under sound.
+        """
+        table = read_csv(self._stages.files("response").summary, dtype={"point": str})
+        rows = rms_margins(self._with_panel(), table)
+        columns = {"limit": "limit_rms_g", **{name: name for name in JUDGED}}
+        judged = rows[[*PLACE, *columns]].rename(columns=columns)
+        return table.merge(judged, "left", list(PLACE)) if len(judged) else table
 
     def stress(self) -> xr.Dataset:
         """Return PSDs and rms values of strains and stresses at every point, by layer."""
@@ -370,6 +380,7 @@ RMS = {
     "reduction_db": ("reduction", "dB", 1.0),
     "reduction_error_db": ("reduction_error", "dB", 1.0),
     "added_mass_kg": ("added_mass", "kg", 1.0),
+    "margin_db": ("margin", "dB", 1.0),
 }
 
 

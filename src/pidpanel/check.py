@@ -21,11 +21,10 @@ from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
 from pidpanel.study.response import LEAST_SPAN, Response
+from pidpanel.study.severity import limit_tables
 from pidpanel.study.sound import Sound
 from pidpanel.study.stated_dampers import ImpedanceDamper, TableDamper
-from pidpanel.text_files import TextFileError, read_text
 
-LARGEST_DECK = 1_000_000  # most bytes of a deck
 # Overall levels of a table [dB] outside which it is taken for one in other units
 QUIETEST, LOUDEST = 100.0, 170.0
 # Bands of levels [dB] that may be pressures [Pa]: the lowest is below, their range above
@@ -96,51 +95,14 @@ def check_machine(study: CouponStudy, results: Path) -> None:
 
 
 def check_decks(study: CouponStudy, name: str) -> Iterator[Mistake]:
-    """Yield the mistakes of a coupon's own decks: variables that are unknown or not used."""
+    """Yield the mistakes of a coupon's own decks."""
     coupon = study.coupons[name]
-    way = ("dampers", name) if isinstance(study, Study) else ("coupon",)
-    if not coupon.decks:
-        return
-    # 0.1 s of imports that other studies do not need
-    import jinja2
+    if coupon.decks or coupon.deck_values:
+        from pidpanel.coupon.from_study import mistakes_of_decks  # slow to import
 
-    from pidpanel.coupon.from_study import cases_of
-    from pidpanel.coupon.liggghts import deck
-    from pidpanel.coupon.liggghts.deck import check_trust
-    from pidpanel.coupon.liggghts.failures import DeckRefused
-
-    for case in cases_of(coupon):
-        path = case.point.deck
-        if path is None:
-            continue
-        # a varied deck is one of a list
-        varied = [] if study.coupon is None else [str(p) for p in study.coupon.vary.get("deck", ())]
-        keys = (*way, *(("vary", "deck", varied.index(path)) if varied else ("deck",)))
-        names = case.point.deck_values(restart="none")
-        try:
-            text = read_text(check_trust(Path(path)), LARGEST_DECK)
-            unknown = deck.undeclared(text, names)
-        except DeckRefused as error:
-            yield Mistake(keys, str(error).removeprefix(f"{path}: "))
-            continue
-        except TextFileError as error:
-            place = path if error.line is None else f"{path}:{error.line}"
-            yield Mistake(keys, f"{place}: {error.message}")
-            continue
-        except jinja2.TemplateSyntaxError as error:
-            yield Mistake(keys, f"{path}:{error.lineno}: {error.message}")
-            continue
-        unused = sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ())))
-        if not unknown and not unused:
-            try:
-                case.point.deck_text()
-            except Exception as error:  # whatever a template of somebody else computes
-                yield Mistake(keys, f"{path}: {type(error).__name__}: {error}")
-        for name in unknown:
-            yield Mistake(keys, f"unknown variable {name}; allowed are {', '.join(sorted(names))}")
-        for name in unused:
-            message = f"must use the variable {name}; a deck writes one row per cycle, as "
-            yield Mistake(keys, f"{message}templates/shake.in.j2 does")
+        mistakes = mistakes_of_decks(coupon)
+        keys = ("dampers", name) if isinstance(study, Study) else ("coupon",)
+        yield from (mistake.prefix(*keys) for mistake in mistakes)
 
 
 def check_panel(study: Study) -> Iterator[Mistake]:
@@ -171,7 +133,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         yield Mistake(("panel", "damping_ratio"), _outside(frequency, study.response))
     if study.base is not None and study.base.random is not None:
         yield from _check_base(study, study.base, study.base.random)
-    for point, path in study.severity.limits.items() if study.severity else ():
+    for point, path in limit_tables(study.limits).items():
         yield from _check_limit(point, path, study.response)
     if study.measurements:
         from pidpanel.measurement.from_study import mistakes_of_files
@@ -300,7 +262,7 @@ def _check_limit(point: str, path: Path, response: Response) -> Iterator[Mistake
     from pidpanel.solve.bands import third_octaves
     from pidpanel.spectra.acceleration_table import read_base_table
 
-    keys = ("severity", "limits", point)
+    keys = ("limits", point, "psd")
     limit = yield from read_at(keys, lambda: read_base_table(path))
     if limit is None:
         return

@@ -133,7 +133,9 @@ def test_a_bed_that_crosses_has_the_mass_of_the_closed_form(whole):
     assert crosses.sum() >= 3
     away = data.log_damping - log_damping
     assert rms(away[crosses]) < 0.08
-    np.testing.assert_allclose(data.mass[crosses], mass[crosses], atol=0.1 * whole.bed.mass_per_fill)
+    np.testing.assert_allclose(
+        data.mass[crosses], mass[crosses], atol=0.1 * whole.bed.mass_per_fill
+    )
 
 
 FAST = pd.read_csv(Path(__file__).parent / "data" / "fast.csv")

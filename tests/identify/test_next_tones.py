@@ -120,7 +120,9 @@ def test_errors_left_are_those_of_the_joint_normal_distribution(mass):
         assert expected["information_nat"][number] == pytest.approx(
             0.5 * np.log(np.linalg.det(prior) / np.linalg.det(left)), rel=1e-6
         )
-        for axis, errors in enumerate((expected["restitution_error"], expected["log_friction_error"])):
+        for axis, errors in enumerate(
+            (expected["restitution_error"], expected["log_friction_error"])
+        ):
             narrowed = np.sqrt(left[axis, axis] / prior[axis, axis])
             assert errors[number] == pytest.approx(
                 narrowed * posterior.estimate(axis).error, rel=1e-6

@@ -10,6 +10,7 @@ import yaml
 from pidpanel.check import checked_study
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.study import StudyError, load_study
+from pidpanel.study.section import SandwichSectionInput
 
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 
@@ -47,6 +48,41 @@ def test_a_core_by_its_grade_has_the_makers_moduli():
     assert section.core.shear_modulus_w == pytest.approx(13e3 * 6894.757, rel=5e-3)
     assert section.core.density == pytest.approx(2.0 * 16.01846, rel=2e-3)
     assert len(section.top) == 3 and section.top[2].angle == pytest.approx(np.radians(-60))
+
+
+@pytest.mark.parametrize(
+    ("material", "youngs_modulus", "shear_modulus"),
+    [
+        # of Tsai and Hahn's own table of quasi-isotropic laminates
+        ("T300/5208 carbon", 69.68, 26.88),
+        ("AS/3501 carbon", 54.84, 21.35),
+        ("Kevlar 49/epoxy", 29.02, 10.95),
+        ("Scotchply 1002 glass", 18.96, 7.47),
+        # 10.6, 10.0 and 10.4 Msi
+        ("Al 2024-T3", 10.6 * 6.894757, 10.6 * 6.894757 / 2.66),
+        ("Al 6061-T6", 10.0 * 6.894757, 10.0 * 6.894757 / 2.66),
+        ("Al 7075-T6", 10.4 * 6.894757, 10.4 * 6.894757 / 2.66),
+    ],
+)
+def test_faces_of_a_material_by_name_have_its_published_moduli(
+    material, youngs_modulus, shear_modulus
+):
+    plies = [{"material": material, "thickness_mm": 0.1, "angle_deg": a} for a in (0, 45, -45, 90)]
+    core = {"grade": "3/16-5056-0.0007", "thickness_mm": 20}
+    values = {"kind": "sandwich", "faces": plies, "core": core}
+    spec = SandwichSectionInput.model_validate(values)
+    panel = load_study(STUDIES / "sandwich_hole_hinge.yaml").panel
+    A = StudiedPanel(panel.model_copy(update={"section": spec})).section.abd[0] / 0.8e-3 / 1e9
+    assert (A[0, 0] ** 2 - A[0, 1] ** 2) / A[0, 0] == pytest.approx(youngs_modulus, rel=1e-3)
+    assert A[2, 2] == pytest.approx(shear_modulus, rel=1e-3)
+
+
+def test_a_material_of_the_study_comes_before_one_of_the_table():
+    own = {"Al 2024-T3": {"youngs_modulus_gpa": 1, "poissons_ratio": 0.3, "density_kg_m3": 100}}
+    plies, core = [{"material": "Al 2024-T3", "thickness_mm": 1}], {"grade": "3/16-5056-0.0007"}
+    values = {"kind": "sandwich", "faces": plies, "core": {**core, "thickness_mm": 20}}
+    spec = SandwichSectionInput.model_validate({**values, "materials": own})
+    assert spec.all_materials["Al 2024-T3"].density_kg_m3 == 100
 
 
 @pytest.mark.parametrize(

@@ -282,13 +282,15 @@ def table(tmp_path_factory, write_study, table_values):
     read = upstream | {"left_out": response["left_out"], "psd": response["psd"]}
     call("maps", study, read, within(made, {"maps": "maps.nc", "folder": "maps"}))
     (folder / "severity").mkdir()
-    names = ("oscillators", "peaks", "fatigue", "strength", "margins")
+    names = ("oscillators", "peaks", "fatigue", "strength")
     severity = within(
         folder / "severity", {name: f"{name}.csv" for name in names} | {"maps": "maps.nc"}
     )
     read = {name: response[name] for name in ("psd", "summary", "stress", "stress_table")}
     read["maps"] = made / "maps.nc"
     call("severity", study, read, severity)
+    read = {name: response[name] for name in ("psd", "summary")}
+    call("margins", study, read, within(folder / "severity", {"margins": "margins.csv"}))
     (folder / "measurement").mkdir()
     measured = within(folder / "measurement", {n: f"{n}.csv" for n in ("measured", "differences")})
     call("measurement", study, {"response": response["psd"]}, measured)

@@ -27,8 +27,9 @@ WRITTEN = {
     "severity, empty": SOUND + "severity: {}",
     "strength of layers alone": SOUND + "severity: {strength: {layers: {tension_1_mpa: 300, "
     "compression_1_mpa: 300, tension_2_mpa: 300, compression_2_mpa: 300, shear_mpa: 170}}}",
-    "limits alone": SOUND + "severity: {limits: {middle: limit.csv}}",
+    "limits alone": SOUND + "limits: {middle: {psd: limit.csv}}",
     "limits of base motion, empty": SHAKER.replace("}}", "}, limits: {}}"),
+    "limits of an rms value on a shaker": SHAKER + "limits: {middle: {rms_g: 20}}",
     "a sine sweep alone": "base: {sine: {frequency_hz: [60, 180], acceleration_g: 0.5}}",
 }
 
@@ -45,6 +46,12 @@ def checked(folder, text):
 def test_a_section_alone_has_its_page(tmp_path, section):
     compute(*checked(tmp_path, WRITTEN[section]), tmp_path, 1)
     assert (tmp_path / "results" / "trial" / "report.html").is_file()
+
+
+def test_limits_without_a_random_motion_are_refused_in_one_line(tmp_path):
+    sweep = "base: {sine: {frequency_hz: [60, 180], acceleration_g: 0.5}}\n"
+    with pytest.raises(StudyError, match=r"limits.*: only allowed with a section sound"):
+        checked(tmp_path, sweep + "limits: {middle: {rms_g: 20}}")
 
 
 @pytest.mark.parametrize("section", ["base", "optimise", "sound"])

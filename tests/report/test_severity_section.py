@@ -64,16 +64,19 @@ def test_errors_of_stresses_are_of_the_size_of_those_of_accelerations(tables):
 
 def test_margins_are_those_of_the_mean_psd_of_each_band(tables):
     margins = tables["severity/margins.csv"]
-    assert set(margins["point"]) == {"centre"} and len(margins)
-    np.testing.assert_allclose(margins["limit_g2_hz"], 0.5, rtol=1e-9)
-    ratio = 10 ** (margins["margin_db"] / 10) * margins["acceleration_psd_g2_hz"]
-    np.testing.assert_allclose(ratio, 0.5, rtol=1e-3)
+    assert set(margins["point"]) == {"centre"}
+    bands = margins[margins["quantity"] == "psd"]
+    np.testing.assert_allclose(bands["limit"], 0.5, rtol=1e-9)
+    np.testing.assert_allclose(10 ** (bands["margin_db"] / 10) * bands["value"], 0.5, rtol=1e-3)
     # bands that adjoin hold the whole mean square
-    summary = tables["response/summary.csv"].set_index(["scenario", "point"])
-    for where, rows in margins.groupby(["scenario", "point"]):
-        width = rows["center_hz"] * (10**0.05 - 10**-0.05)
-        square = (rows["acceleration_psd_g2_hz"] * width).sum()
-        assert square <= 1.05 * summary.loc[where, "acceleration_rms_g"] ** 2
+    rms = margins[margins["quantity"] == "rms"].set_index("scenario")
+    summary = tables["response/summary.csv"].query("point == 'centre'").set_index("scenario")
+    np.testing.assert_allclose(rms["value"], summary["acceleration_rms_g"], rtol=1e-5)
+    errors = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
+    np.testing.assert_allclose(rms["relative_error"], errors, rtol=1e-4)
+    for scenario, rows in bands.groupby("scenario"):
+        square = (rows["value"] * rows["center_hz"] * (10**0.05 - 10**-0.05)).sum()
+        assert square <= 1.05 * rms.loc[scenario, "value"] ** 2
 
 
 def test_failure_indices_are_those_of_three_sigma(tables):
@@ -123,6 +126,6 @@ def test_the_page_shows_the_scenario_that_reduces_most_beside_its_bare_panel(tab
     errors = re.findall(r"± ([\d.]+)</td>", peaks)
     assert errors and len({len(error.partition(".")[2]) for error in errors}) == 1
     assert (
-        "Peaks, margins and fatigue" in text
+        "Peaks, strength and fatigue" in text
         and "No response point reaches the damage of failure, 1." in text
     )

@@ -52,7 +52,7 @@ def results(tmp_path_factory):
     call("response", study, upstream | {"section": panel / "section.csv"}, made)
     maps = within(response, {"maps": "maps.nc", "folder": "maps"})
     call("maps", study, upstream | {name: made[name] for name in ("left_out", "psd")}, maps)
-    tables = ("oscillators", "peaks", "fatigue", "strength", "margins")
+    tables = ("oscillators", "peaks", "fatigue", "strength")
     written = within(severity, {name: f"{name}.csv" for name in tables} | {"maps": "maps.nc"})
     read = {name: made[name] for name in ("psd", "summary", "stress", "stress_table")}
     call("severity", study, {**read, "maps": maps["maps"]}, written)

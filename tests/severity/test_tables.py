@@ -1,4 +1,4 @@
-"""Rows of a case: margins, damage, peaks and indices with their errors."""
+"""Rows of a case: damage, peaks and indices with their errors."""
 
 import math
 
@@ -16,12 +16,10 @@ from pidpanel.severity.tables import (
     PointMotion,
     fatigue_rows,
     index_maps,
-    margin_rows,
     peak_rows,
     strength_rows,
 )
 from pidpanel.solve.stress import CORE_STRESSES
-from pidpanel.spectra.break_points import BreakPoints
 
 WHERE = {"scenario": "A"}
 FREQUENCY = np.linspace(20.0, 500.0, 961)
@@ -35,44 +33,6 @@ def table(name, rows):
 def motion(psd, *, points=("P",), error=ERROR):
     values = np.outer(np.full(FREQUENCY.size, psd), np.ones(len(points)))
     return PointMotion(WHERE, list(points), FREQUENCY, values, np.full(len(points), error))
-
-
-def limit(psd, low=20.0, high=500.0):
-    return BreakPoints(np.array([low, high]), np.full(2, psd))
-
-
-def test_the_error_of_a_margin_is_what_an_rms_larger_by_its_error_takes_from_it():
-    limits = {"P": limit(0.5)}
-    stated = table("margins", margin_rows(motion(0.1), limits))
-    larger = table("margins", margin_rows(motion(0.1 * (1 + ERROR) ** 2), limits))
-    lost = stated["margin_db"] - larger["margin_db"]
-    assert len(lost) > 10
-    np.testing.assert_allclose(stated["margin_error_db"], lost, rtol=1e-9)
-
-
-def test_a_margin_is_that_of_flat_psds_at_points_with_limits_alone():
-    limits = {"second": limit(0.4, 60.0, 300.0)}
-    rows = table("margins", margin_rows(motion(0.1, points=("first", "second")), limits))
-    assert set(rows["point"]) == {"second"}
-    np.testing.assert_allclose(rows["margin_db"], 10 * math.log10(4), rtol=1e-9)
-    np.testing.assert_allclose(rows["acceleration_psd_g2_hz"], 0.1, rtol=1e-9)
-    np.testing.assert_allclose(rows["limit_g2_hz"], 0.4, rtol=1e-9)
-    assert rows["center_hz"].between(60, 300).all() and len(rows) == 7
-    still = table("margins", margin_rows(motion(0.0, points=("second",)), limits))
-    assert np.isinf(still["margin_db"]).all()
-
-
-def test_margins_are_of_all_bands_that_the_response_and_the_limit_share():
-    lines = np.array([20.0, 60.0, 200.0, 500.0])
-    moved = PointMotion(WHERE, ["P"], lines, np.full((4, 1), 0.1), np.zeros(1))
-    wide = BreakPoints(np.array([10.0, 100.0, 1000.0]), np.full(3, 0.4))
-    rows = table("margins", margin_rows(moved, {"P": wide}))
-    # bands whose centres 10^(n/10) lie within 20 to 500 Hz
-    centres = rows["center_hz"].round(1).tolist()
-    assert (centres[0], centres[-1], len(centres)) == (25.1, 398.1, 13)
-    short = BreakPoints(np.array([30.0, 100.0, 300.0]), np.full(3, 0.4))
-    centres = table("margins", margin_rows(moved, {"P": short}))["center_hz"].round(1).tolist()
-    assert (centres[0], centres[-1]) == (31.6, 251.2)
 
 
 def stress_of(level, layers=("top", "bottom")):

@@ -163,7 +163,7 @@ def test_a_wrong_value_is_told_at_its_own_line(refusal, key, value, message):
         (SANDWICH, "panel.section.kind", "thick", "panel.section.kind", "panel.section.kind = thick: must be 'thin', 'solid' or 'sandwich'"),
         (SANDWICH, "panel.section", 3, "panel.section", "panel.section = 3: must be a mapping with a key kind"),
         (SANDWICH, "panel.section.facs", [], "panel.section.facs", "panel.section.facs = []: unknown key; did you mean faces?"),
-        (SANDWICH, "panel.section.faces", [{"material": "foil", "thickness_mm": 1}], "panel.section.faces", "panel.section.faces[0].material = foil: must be one of materials: tape"),
+        (SANDWICH, "panel.section.faces", [{"material": "foil", "thickness_mm": 1}], "panel.section.faces", "panel.section.faces[0].material = foil: must be one of materials: tape, Al 2024-T3, Al 6061-T6, Al 7075-T6, T300/5208 carbon, AS/3501 carbon, Kevlar 49/epoxy, Scotchply 1002 glass"),
         (SANDWICH, "panel.section.top", [{"material": "tape", "thickness_mm": 1}], "panel.section", "panel.section = {kind: sandwich, materials: {tape: {e1_gpa: 280, e2_gpa: 6.5…: must have either faces, or top and bottom"),
         (SANDWICH, "panel.section.materials.tape", {"e1_gpa": 1, "density_kg_m3": 9}, "panel.section.materials.tape",
          "panel.section.materials.tape = {e1_gpa: 1, density_kg_m3: 9}: must have either youngs_modulus_gpa and poissons_ratio, or e1_gpa, e2_gpa, g12_gpa and nu12"),

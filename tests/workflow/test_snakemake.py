@@ -16,8 +16,8 @@ from tests.commands import call, jobs, pidpanel, said
 from tests.commands import snakemake as snakemake_on
 from tests.workflow.test_workflow import ROOT
 
-ALL = {"panel", "sound", "response", "maps", "export", "severity", "measurement", "report"}
-AFTER_RESPONSE = {"response", "maps", "export", "severity", "measurement", "report"}
+AFTER_RESPONSE = {"response", "maps", "export", "severity", "margins", "measurement", "report"}
+ALL = {"panel", "sound", *AFTER_RESPONSE}
 SUMMARY = "results/small/response/summary.csv"
 
 
@@ -89,6 +89,7 @@ def test_commands_know_what_is_left_and_make_it(copied):
         ("oaspl_db: 150\n  field", "oaspl_db: 151\n  field", ALL - {"panel"}),
         ("title: A small panel", "title: The small panel", {"report"}),
         ("exponent: 6", "exponent: 7", {"severity", "report"}),
+        ("rms_g: 20", "rms_g: 19", {"margins", "report"}),
     ],
 )
 def test_a_change_of_the_study_runs_what_depends_on_it_whatever_the_dates(copied, old, new, wanted):

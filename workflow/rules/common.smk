@@ -90,7 +90,7 @@ def scenarios():
 
 def used_dampers():
     """The dampers of the scenarios; simulated tones come as surfaces."""
-    unused = {"sweep", "accuracy", "deck", "stiffness", "like"}
+    unused = {"sweep", "accuracy", "deck", "deck_values", "stiffness", "like"}
     dampers = {name: STUDY.dampers[name] for name in STUDY.used_dampers}
     return {name: by_content(d.model_dump(exclude=unused)) for name, d in dampers.items()}
 

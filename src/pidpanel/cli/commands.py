@@ -102,7 +102,7 @@ def run_study(file: Path, directory: Path, jobs: int, options: Sequence[str] = (
     # pages that numpy has freed are slow to come again
     os.environ["NUMPY_MADVISE_HUGEPAGE"] = "0"
     from pidpanel.check import check_machine, checked_study
-    from pidpanel.study import StudyError
+    from pidpanel.study import Study, StudyError
     from pidpanel.workflow.in_process import compute, is_alone, is_up_to_date
 
     study, is_dry = checked_study(file), "--dry-run" in options[:1]
@@ -125,6 +125,12 @@ def run_study(file: Path, directory: Path, jobs: int, options: Sequence[str] = (
         compute(study, file.resolve(), folder, jobs)
     page = results / study.name / "report.html"
     if not (status or is_dry) and page.exists():
+        if isinstance(study, Study) and study.limits:
+            from pidpanel.report.inputs import read_by_point
+            from pidpanel.report.margins_section import margin_lines
+
+            margins = read_by_point(results / study.name / "severity" / "margins.csv")
+            print(*margin_lines(study, margins), sep="\n")
         print(page.absolute())
     return status
 

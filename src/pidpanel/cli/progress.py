@@ -16,6 +16,7 @@ STAGE_OF = {
     **dict.fromkeys(("pour", "loosen", "shake", "cases", "film"), "coupon"),
     **dict.fromkeys(("maps", "export"), "response"),
     "base_export": "base",
+    "margins": "severity",
     **dict.fromkeys(("coupled_scenario", "verdict"), "coupled"),
     "coupon_report": "report",
 }
@@ -76,7 +77,7 @@ def stage_names(study: CouponStudy) -> list[str]:
             "sound": study.sound is not None,
             "coupled": study.is_coupled,
             "response": study.sound is not None,
-            "severity": study.severity is not None,
+            "severity": study.severity is not None or bool(study.limits),
             "base": study.base is not None,
             "optimise": study.optimise is not None,
             "measurement": bool(study.measurements),

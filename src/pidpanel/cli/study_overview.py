@@ -9,10 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Scenario, Study
 from pidpanel.study.base_motion import BaseMotion
 from pidpanel.study.dampers import BedDamper
+from pidpanel.study.severity import limit_tables
 
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
@@ -161,6 +163,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
             "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
         )
     yield from (_line("data", text) for text in _of_tables(study))
+    yield from (_line("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
     for name, key in study.massless_dampers.items():
         yield _line("mass", f"the particles of {name} have no mass in the computation; {key}")
     yield from (_line("cells", text) for text in study.differing_cells)
@@ -229,17 +232,19 @@ def _of_tables(study: Study) -> Iterator[str]:
                 f"{table.name} has {frequency.min():g} to {frequency.max():g} Hz, the response "
                 f"{low:g} to {high:g} Hz; damping is held constant outside"
             )
-    for point, table in study.severity.limits.items() if study.severity else ():
+    for point, table in limit_tables(study.limits).items():
         first, last = read_base_table(table).frequency[[0, -1]].tolist()
         if first > low * THIRD or last < high / THIRD:
             yield (
-                f"severity.limits.{point} has {first:g} to {last:g} Hz, the response {low:g} to "
+                f"limits.{point}.psd has {first:g} to {last:g} Hz, the response {low:g} to "
                 f"{high:g} Hz; there is no margin outside"
             )
 
 
 def _unusual(study: Study) -> Iterator[str]:
     """Yield values that are allowed and most likely meant otherwise."""
+    from pidpanel.spectra.acceleration_table import read_base_table
+
     ratio, (low, high) = max(study.panel.modal_damping.ratio), USUAL_RATIO
     if ratio > high:
         yield (f"panel.damping_ratio = {ratio:g} is {100 * ratio:g} %; bare panels have {low:g} to "
@@ -249,23 +254,18 @@ def _unusual(study: Study) -> Iterator[str]:
         if 0 < damping < LEAST_DAMPING:
             yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
                    " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
-    for key, acceleration in _accelerations(study):
+    tables = {f"limits.{point}.psd": table for point, table in limit_tables(study.limits).items()}
+    random, sine = (study.base.random, study.base.sine) if study.base else (None, None)
+    tables |= {"base.random.spectrum": random.spectrum} if random else {}
+    accelerations = {key: read_base_table(table).rms for key, table in tables.items()}
+    accelerations |= {f"limits.{p}.rms_g": x.rms_g for p, x in study.limits.items() if x.rms_g}
+    accelerations |= {"base.sine.acceleration_g": sine.acceleration_g} if sine else {}
+    for key, acceleration in accelerations.items():
         low, high = USUAL_ACCELERATION
         if not low <= acceleration <= high:
-            usual = f"tests and limits have {low:g} to {high:g}"
+            guess = f"; {acceleration:.3g} m/s² would be {acceleration / STANDARD_GRAVITY:.3g}"
+            usual = f"tests and limits have {low:g} to {high:g}{guess * (acceleration > high)}"
             yield f"{key} has {acceleration:.2g} g; {usual}"
-
-
-def _accelerations(study: Study) -> Iterator[tuple[str, float]]:
-    """Yield the keys of accelerations and limits, with their overall values [g]."""
-    from pidpanel.spectra.acceleration_table import read_base_table
-
-    if study.base is not None and study.base.random is not None:
-        yield "base.random.spectrum", read_base_table(study.base.random.spectrum).rms
-    if study.base is not None and study.base.sine is not None:
-        yield "base.sine.acceleration_g", study.base.sine.acceleration_g
-    for point, path in study.severity.limits.items() if study.severity else ():
-        yield f"severity.limits.{point}", read_base_table(path).rms
 
 
 def _of_points(mesh: PanelMesh, studied: StudiedPanel) -> Iterator[str]:

@@ -1,9 +1,11 @@
 """Beds that are shaken loose, and runs of a bed under a drive."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 from pidpanel.constants import STANDARD_GRAVITY
@@ -110,6 +112,7 @@ class Run:
     samples_per_cycle: int
     deck: str | None = None
     start: Literal["rest", "hard"] = "rest"
+    deck_constants: tuple[tuple[str, float], ...] = ()  # further variables of a deck of the user's
 
     @property
     def packing(self) -> Packing:
@@ -144,6 +147,7 @@ class Run:
     def deck_values(self, leg: int = 1, restart: str | None = None) -> dict[str, Any]:
         """Return the variables of the template for the run, or a leg of it from a restart."""
         values = {
+            **dict(self.deck_constants),
             **self.constants.deck_values,
             "data_file": deck.START_FILE,
             "walls_file": deck.WALLS_FILE,
@@ -225,6 +229,7 @@ def run_at(
     samples_per_cycle: int,
     own_deck: str | None = None,
     start: Literal["rest", "hard"] = "rest",
+    deck_constants: Mapping[str, float] = MappingProxyType({}),
 ) -> Run:
     """Return a run of a bed, with a period of a whole number of steps and of samples.
 
@@ -238,11 +243,14 @@ def run_at(
         Number of samples of the momentum in a period.
     own_deck, start
         Template of the user instead of the built-in one; start from rest or from hard shaking.
+    deck_constants
+        Further variables of that template.
     """
     longest = time_step_rayleigh * bed.packing.smallest(constants.youngs_modulus).rayleigh_time
     steps = samples_per_cycle * math.ceil(drive.period / longest / samples_per_cycle)
     step = drive.period / steps
-    return Run(bed, drive, constants, step, steps, samples_per_cycle, own_deck, start)
+    own = own_deck, start, tuple(deck_constants.items())
+    return Run(bed, drive, constants, step, steps, samples_per_cycle, *own)
 
 
 def loosening(bed: Bed) -> Run:

@@ -13,18 +13,24 @@ from typing import TYPE_CHECKING, Any, Literal
 from pidpanel.atlas.groups import Direction
 from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
 from pidpanel.coupon import contact, summary
-from pidpanel.coupon.bed import LOOSENING, Bed, run_at
+from pidpanel.coupon.bed import LOOSENING, Bed, Run, run_at
 from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Tone
+from pidpanel.coupon.liggghts import deck
+from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.coupon.packing import Packing
 from pidpanel.paths import SECTION
+from pidpanel.text_files import TextFileError, read_text
 
 if TYPE_CHECKING:  # pydantic is slow to import, and a run needs none of it
     import pandas as pd
 
     from pidpanel.study import CouponStudy
     from pidpanel.study.coupon import Coupon
+    from pidpanel.study.mistakes import Mistake
+
+LARGEST_DECK = 1_000_000  # most bytes of a deck
 
 
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
@@ -80,6 +86,62 @@ def write_table(study: CouponStudy, damper: str, folder: Path, file: Path) -> No
     summary.write_table(cases, folder, file, coverage=coverage)
 
 
+def mistakes_of_decks(coupon: Coupon) -> Iterator[Mistake]:
+    """Yield what is wrong with a coupon's own decks: unknown variables, values without a use."""
+    from pidpanel.study.mistakes import Mistake
+
+    varied = [str(path) for path in getattr(coupon, "vary", {}).get("deck", ())]
+    mistakes: dict[Mistake, None] = {}
+    for case in cases_of(coupon):
+        if (path := case.point.deck) is not None:
+            # a varied deck is one of a list
+            keys = ("vary", "deck", varied.index(path)) if varied else ("deck",)
+            mistakes |= {Mistake(keys, fault): None for fault in _faults_of_deck(case.point, path)}
+    yield from mistakes
+    if mistakes or not coupon.deck_values:
+        return
+    ours = replace(cases_of(coupon)[0].point, deck_constants=()).deck_values(restart="none")
+    used = set().union(*map(deck.variables_in, coupon.decks))
+    for name in coupon.deck_values:
+        if name in ours:
+            yield Mistake(("deck_values", name), "is a variable of all decks; choose another name")
+        elif name not in used:
+            files = ", ".join(dict.fromkeys(path.name for path in coupon.decks))
+            yield Mistake(("deck_values", name), f"not used by {files or 'any deck; state deck'}")
+
+
+def _faults_of_deck(run: Run, path: str) -> Iterator[str]:
+    """Yield what is wrong with the deck of a run."""
+    import jinja2
+
+    names = run.deck_values(restart="none")
+    try:
+        text = read_text(deck.check_trust(Path(path)), LARGEST_DECK)
+        unknown = deck.undeclared(text, names)
+    except DeckRefused as error:
+        yield str(error).removeprefix(f"{path}: ")
+        return
+    except TextFileError as error:
+        place = path if error.line is None else f"{path}:{error.line}"
+        yield f"{place}: {error.message}"
+        return
+    except jinja2.TemplateSyntaxError as error:
+        yield f"{path}:{error.lineno}: {error.message}"
+        return
+    unused = sorted({"cycles_file", "steps_per_cycle"} - set(deck.undeclared(text, ())))
+    if not unknown and not unused:
+        try:
+            run.deck_text()
+        except Exception as error:  # whatever a template of somebody else computes
+            yield f"{path}: {type(error).__name__}: {error}"
+    for name in unknown:
+        allowed = ", ".join(sorted(names))
+        yield f"unknown variable {name}; allowed are {allowed}, and those of deck_values"
+    for name in unused:
+        message = f"must use the variable {name}; a deck writes one row per cycle, as "
+        yield f"{message}templates/shake.in.j2 does"
+
+
 def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
     """Write the cases of a study, from its ``coupon/cases.csv``, in the format of the atlas.
 
@@ -131,6 +193,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str,
             samples_per_cycle=coupon.samples_per_cycle,
             own_deck=None if coupon.deck is None else str(coupon.deck),
             start=_start_of(coupon, bed.packing.seed) if state_cycles else "rest",
+            deck_constants=coupon.deck_values if coupon.deck else {},
         )
         for bed in beds[: None if state_cycles else accuracy.seeds]
     )

@@ -81,7 +81,7 @@ class StudiedPanel:
             return sections.ThinSection(*spec.properties)
         if spec.kind == "solid":
             return sections.SolidSection(*spec.properties)
-        materials = {name: _material(material) for name, material in spec.materials.items()}
+        materials = {name: _material(material) for name, material in spec.all_materials.items()}
         top, bottom = (
             tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
             for plies in (spec.plies("top"), spec.plies("bottom"))

@@ -49,7 +49,7 @@ RESPONSE = {
     "psd": "psd.nc", "summary": "summary.csv", "layouts": "layouts.csv", "stress": "stress.nc",
     "stress_table": "stress.csv", "left_out": "left_out.nc",
 }  # fmt: skip
-SEVERITY = ("oscillators", "peaks", "fatigue", "strength", "margins")
+SEVERITY = ("oscillators", "peaks", "fatigue", "strength")
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 
 
@@ -67,6 +67,8 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
         names["severity"] = {name: f"severity/{name}.csv" for name in SEVERITY}
         if study.severity.strength is not None:
             names["severity"]["maps"] = "severity/maps.nc"
+    if study.limits:
+        names["margins"] = {"margins": "severity/margins.csv"}
     if study.base is not None:
         parts = study.base.parts
         names["base"] = {"modes_table": "base/modes.csv"}

@@ -15,10 +15,7 @@ import pandas as pd
 from pidpanel.report.names import SAME_LEVEL, Scenario, Study, main_level
 from pidpanel.report.rms import moving_points
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records
-from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, doubts_in, largest
-
-# Standard errors above which a difference is significant (95 % of a normal distribution).
-SIGNIFICANCE = 2.0
+from pidpanel.response.trust import BETWEEN_SHARE, MAY_CROSS, SIGNIFICANCE, doubts_in, largest
 
 ROWS = 5  # most scenarios in the first table, besides the bare panel
 COLUMNS = 4  # points with a column of their own in that table, those of most motion

@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.html import Fragment
 from pidpanel.report.names import Claim, Scenario, Study, family_of
 from pidpanel.report.rms import band_error_of, band_rms_of, moving_points, rms_by
 from pidpanel.report.text import value_text
+from pidpanel.response.trust import SIGNIFICANCE
 from pidpanel.solve.bands import reduction
 
 Finding = tuple[str, str]  # whether a claim holds, and the numbers behind it, in words

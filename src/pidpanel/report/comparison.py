@@ -13,11 +13,11 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.files import read_basis
 from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report import html, text
-from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.inputs import without_errors
 from pidpanel.report.maps_section import FIELD_STYLES, map_figure, scale_ends
 from pidpanel.report.response_figures import PSD_UNIT, chart_picture
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records, value_text
+from pidpanel.response.trust import SIGNIFICANCE
 
 SAME = 1e-3  # share of a value below which a difference is that of lines and meshes [1]
 

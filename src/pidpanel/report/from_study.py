@@ -18,6 +18,7 @@ from pidpanel.report.films import read_film
 from pidpanel.report.html import Page, write_page
 from pidpanel.report.study_page import coupon_page, shaker_page, study_page
 from pidpanel.report.templates import sentence
+from pidpanel.response.from_study import partly_known
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
 
@@ -94,6 +95,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         damping={name: inputs.read_damping(name, folder) for name in study.coupons},
         base=inputs.read_base(folder / "base", study.base.parts) if study.base else None,
         measurements=measured,
+        margins=inputs.read_by_point(folder / "severity" / "margins.csv") if study.limits else None,
         proposal=inputs.read_proposal(folder / "optimise", study.optimise.objective)
         if study.optimise
         else None,
@@ -157,18 +159,6 @@ def varied_keys(study: CouponStudy) -> list[str]:
     # a column of a table of cases may be the same in all
     keys = [key for key in values if study.coupon.cases is None or len(values[key]) > 1]
     return [*keys, *sizes]
-
-
-def partly_known(study: Study) -> list[str]:
-    """Return the scenarios some of whose dampers state no error, by label.
-
-    What is found for them has the errors of the others alone.
-    """
-    return [
-        scenario.label
-        for scenario in study.all_scenarios()
-        if not all(study.damper_of(f).states_error for f in scenario.fillings.values())
-    ]
 
 
 def coupon_words(coupon: Coupon) -> str:

@@ -76,7 +76,6 @@ class SeverityResults(NamedTuple):
     peaks: pd.DataFrame  # ``severity/peaks.csv``
     fatigue: pd.DataFrame  # ``severity/fatigue.csv``
     strength: pd.DataFrame  # ``severity/strength.csv``
-    margins: pd.DataFrame  # ``severity/margins.csv``
     stated: Severity  # the section of the study
     maps: xr.Dataset | None = None  # ``severity/maps.nc``
 
@@ -116,6 +115,7 @@ class PanelInputs:
     atlas: AtlasResults | None = None  # None where nothing is read from it
     base: BaseResults | None = None  # None without base motion
     measurements: MeasurementResults | None = None  # None without the section ``measurements``
+    margins: pd.DataFrame | None = None  # ``severity/margins.csv``; None without limits
     proposal: ProposalResults | None = None  # None without the section ``optimise``
 
     @property
@@ -191,7 +191,7 @@ def read_proposal(folder: Path, objective: str) -> ProposalResults:
 
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:
     """Read what the severity stage left of a section of a study."""
-    tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength", "margins")
+    tables = _tables(folder, "oscillators", "peaks", "fatigue", "strength")
     texts = {"scenario", "point", "layer", "quantity"}
     for name, table in tables.items():  # pandas has no kind of number for an empty column
         numbers = [column for column in table if column not in texts]

@@ -33,7 +33,6 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
         has_error=np.isfinite(severity.strength["relative_error"]),
     )
     fatigue = severity.fatigue.assign(factor=np.exp(severity.fatigue["damage_log_error"]))
-    margins = _worst(severity.margins, -severity.margins["margin_db"], names)
     strongest = _worst(strength, strength["index"], names)
     damaged = _worst(fatigue, fatigue["damage_narrow_band"], names)
     values = {
@@ -43,9 +42,6 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
         "oscillators": _oscillators(severity.oscillators, drawn, names),
         "peaks": records(with_names(severity.peaks, names)),
         "peak_decimals": common_decimals(severity.peaks["peak_error_g"], 0),
-        "margins": margins,
-        "margin_decimals": common_decimals(severity.margins["margin_error_db"], 1),
-        "exceeded": sum(row["margin_db"] < 0 for row in margins),
         "strength": strongest,
         "failed": sum(row["index"] >= 1 for row in strongest),
         "fatigue": damaged,
@@ -61,7 +57,7 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
             "largest": [(look[0], float(maps[name].max())) for name, look in styles.items()],
             "exceeded_share": EXCEEDED_SHARE,
         }
-    return html.template_section("severity.html", "Peaks, margins and fatigue", values)
+    return html.template_section("severity.html", "Peaks, strength and fatigue", values)
 
 
 def _worst(

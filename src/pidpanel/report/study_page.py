@@ -25,6 +25,7 @@ from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, figure_picture
 from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
+from pidpanel.report.margins_section import margin_lines, margins_section
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.names import CouponStudy, family_of, model_title, with_names
@@ -63,18 +64,20 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         # of the bare panel alone the drawing and the PSD are with each layout
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs.basis), *beside]
+    on_limits = [] if inputs.margins is None else margin_lines(study, inputs.margins)
     claims = None
     if study.claims:
         distance = patch_distance(inputs.basis)
         claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
     return Page(
         title=study.title or study.name,
-        answer=text,
+        answer=" ".join([text, *on_limits[:1]]),
         setting=sound_setting(study, inputs.basis),
         first=blocks,
         caveats=warnings[:CAVEATS],
         facts=study_facts(inputs),
         assumptions=study.assumptions,
+        summary=on_limits[1:],
         warnings=warnings[CAVEATS:],
         claims=claims,
         sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
@@ -137,6 +140,8 @@ def _sections(inputs: Inputs) -> list[PageSection]:
         sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
     sections.append(summary_section(study, inputs.summary))
     sections.append(stress_section(with_names(inputs.stress, names)))
+    if inputs.margins is not None:
+        sections.append(margins_section(study, inputs.margins))
     if inputs.severity is not None:
         sections.append(severity_section(inputs.severity, inputs))
     return sections
@@ -158,12 +163,15 @@ def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
         answer, summary = proposal_headline(inputs.proposal), [answer, *summary]
         proposed = [optimise_section(inputs.proposal)]
         designs = [proposal_choice(inputs.proposal, inputs.basis)]
+    sections = [panel_section(inputs.basis, inputs.modes, inputs.printed)]
+    if inputs.margins is not None:
+        answer = " ".join([answer, *margin_lines(study, inputs.margins)])
+        sections = [margins_section(study, inputs.margins), *sections]
     warnings = _warnings(inputs, base)
-    on_panel = panel_section(inputs.basis, inputs.modes, inputs.printed)
     # the drawing and the first curves make a row
     head, curves, sweep_blocks = on_shaker.blocks
     drawing = panel_picture(inputs, None, "The panel.")
-    sections = [on_panel, *coupon_sections(inputs)]
+    sections += coupon_sections(inputs)
     if inputs.coupled is not None:
         sections.append(coupled_section(inputs.coupled, names, points))
     if inputs.measurements is not None:

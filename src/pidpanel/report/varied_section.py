@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pidpanel.report.answer import SIGNIFICANCE
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Fragment, figure_picture
 from pidpanel.report.templates import lines
 from pidpanel.report.text import NAMES, records, value_text
+from pidpanel.response.trust import SIGNIFICANCE
 
 LABELS: dict[str, str] = NAMES["varied"]
 

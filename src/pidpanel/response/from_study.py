@@ -264,3 +264,15 @@ def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, fol
     psd, title = read_psd(psd_nc), f"pidpanel study {study.name}"
     scenarios, ratio = scenarios_of(study), study.panel.modal_damping
     write_exports(read_basis(modes), ratio, scenarios, psd, summary, title, folder)
+
+
+def partly_known(study: Study) -> list[str]:
+    """Return the scenarios some of whose dampers state no error, by label.
+
+    What is found for them has the errors of the others alone.
+    """
+    return [
+        scenario.label
+        for scenario in study.all_scenarios()
+        if not all(study.damper_of(f).states_error for f in scenario.fillings.values())
+    ]

@@ -50,6 +50,9 @@ TOO_FAR = 2.0  # standard error of a coupled g rms over the required one, above 
 # Relative standard error of g rms from which other damping is doubted: 2 dB [1].
 LARGEST_ERROR = 0.25
 
+# Standard errors above which a difference is significant (95 % of a normal distribution).
+SIGNIFICANCE = 2.0
+
 BETWEEN = "; "  # between the doubts of a scenario
 
 TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`

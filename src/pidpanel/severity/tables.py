@@ -5,7 +5,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,9 +21,7 @@ from pidpanel.severity.strength import (
     maximum_stress_index,
     tsai_wu_index,
 )
-from pidpanel.solve.bands import band_rms, third_octaves
 from pidpanel.solve.stress import CORE_STRESSES
-from pidpanel.spectra.break_points import BreakPoints
 
 STRESSES = ("stress_xx", "stress_yy", "stress_xy", "von_mises")
 CORE = "core"
@@ -151,28 +149,4 @@ def index_maps(
     return indices
 
 
-MARGIN_COLUMNS = (
-    *PLACE, "center_hz", "acceleration_psd_g2_hz", "limit_g2_hz", "margin_db", "margin_error_db",
-)  # fmt: skip
-
-
-COLUMNS = {"fatigue": FATIGUE_COLUMNS, "strength": STRENGTH_COLUMNS, "margins": MARGIN_COLUMNS}
-
-
-def margin_rows(
-    motion: PointMotion, limits: Mapping[str, BreakPoints]
-) -> Iterator[tuple[Any, ...]]:
-    """Yield a row per point with a limit [g²/Hz] and third octave: means of the PSD and of it."""
-    where, points, frequency, psd, error = motion
-    for index, point in enumerate(points):
-        limit = limits.get(point)
-        if limit is None:
-            continue
-        low, high = max(frequency[0], limit.frequency[0]), min(frequency[-1], limit.frequency[-1])
-        centers, edges = third_octaves(low, high)
-        means = band_rms(frequency, psd[:, [index]], edges)[:, 0] ** 2 / np.diff(edges)[:, 0]
-        for center, edge, mean in zip(centers, edges, means, strict=True):
-            allowed = limit.segment(*edge).rms ** 2 / (edge[1] - edge[0])
-            margin = 10 * math.log10(allowed / mean) if mean > 0 else math.inf
-            margin_error = 20 * math.log10(1 + error[index])
-            yield (*where.values(), point, center, mean, allowed, margin, margin_error)
+COLUMNS = {"fatigue": FATIGUE_COLUMNS, "strength": STRENGTH_COLUMNS}

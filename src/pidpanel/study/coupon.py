@@ -97,6 +97,9 @@ class Coupon(SectionModel):
     """How long each case of single tones runs."""
     deck: Annotated[Path, file_in(TEMPLATES)] | None = None
     """Your own deck template instead of ``templates/shake.in.j2``."""
+    deck_values: Mapping[str, Annotated[float, Quantity(-1e30, 1e30)]] = {}
+    """Constants of your own deck by the names of its variables, such as ``yield_stress: 1.0e+6``
+    [any unit]. ``vary`` may have them as ``deck_values.yield_stress``."""
 
     gravity: ClassVar = InSI("gravity_g")
 

@@ -211,7 +211,7 @@ def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
 
 
 def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
-    """Yield too few cycles, limits of no point, a strength of no core."""
+    """Yield too few cycles, a strength of no core."""
     severity = study.severity
     if severity is None:
         return
@@ -219,11 +219,17 @@ def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
     if severity.duration_s * lowest < LEAST_CYCLES:
         message = f"must be at least {LEAST_CYCLES / lowest:.3g}, {LEAST_CYCLES:g} cycles of the "
         yield Mistake(("severity", "duration_s"), f"{message}lowest frequency of the response")
-    for point in severity.limits:
-        yield from mistakes_of_point(study, point, ("severity", "limits", point))
     has_core = study.panel.section.kind == "sandwich"
     if severity.strength is not None and severity.strength.core is not None and not has_core:
         yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")
+
+
+def mistakes_of_limits(study: Study) -> Iterator[Mistake]:
+    """Yield limits of no point, and of no random motion."""
+    if study.limits and study.sound is None and (study.base is None or study.base.random is None):
+        yield Mistake(("limits",), "only allowed with a section sound or base.random")
+    for point in study.limits:
+        yield from mistakes_of_point(study, point, ("limits", point))
 
 
 FILLS = (0.05, 0.95)  # range of the fill fraction r

@@ -3,6 +3,7 @@
 import difflib
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -14,6 +15,7 @@ from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.quantity import Quantity, inside
 from pidpanel.study.units import InSI
 
+FACES_FILE = DATA / "materials" / "faces.csv"  # materials of faces by name
 CORE_GRADES_FILE = DATA / "materials" / "honeycomb_5056.csv"  # honeycomb cores by their grade
 
 Modulus = Annotated[float, Quantity(1e-3, 1500, unit="gigapascal")]  # of a solid [GPa]
@@ -126,7 +128,7 @@ class PlyInput(SectionModel):
     """A layer of a face."""
 
     material: Text
-    """Name under ``materials``."""
+    """Name under ``materials``, or of a material in ``workflow/data/materials/faces.csv``."""
     thickness_mm: Annotated[float, Quantity(0.005, 100, unit="millimetres")]
     """Thickness [mm]."""
     angle_deg: Angle = 0.0
@@ -193,13 +195,26 @@ def core_grades() -> dict[str, tuple[float, float, float]]:
     return {grade: (float(G_L), float(G_W), float(density)) for grade, density, G_L, G_W in rows}
 
 
+@cache
+def face_materials() -> dict[str, MaterialInput]:
+    """Return the materials of faces that come with pidpanel, by name."""
+    table = read_rows(FACES_FILE)
+    rows = (dict(zip(table.header, cells, strict=True)) for _, cells in table.rows)
+    return {
+        row.pop("material"): MaterialInput.model_validate(
+            {key: cell for key, cell in row.items() if cell and key != "source"}
+        )
+        for row in rows
+    }
+
+
 class SandwichSectionInput(SectionModel):
     """Two laminated faces on a honeycomb core, with its shear."""
 
     kind: Literal["sandwich"]
     """Two faces on a core."""
-    materials: Annotated[Mapping[str, MaterialInput], Field(min_length=1)]
-    """Materials of the plies, by name."""
+    materials: Mapping[str, MaterialInput] = {}
+    """Materials of the plies, by name, besides those of ``workflow/data/materials/faces.csv``."""
     faces: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
     """Plies of both faces, the outermost first."""
     top: Annotated[tuple[PlyInput, ...], Field(min_length=1)] | None = None
@@ -216,8 +231,8 @@ class SandwichSectionInput(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         for key in ("faces", "top", "bottom"):
             for index, ply in enumerate(getattr(self, key) or ()):
-                if ply.material not in self.materials:
-                    message = not_among("materials", ply.material, list(self.materials))
+                if ply.material not in self.all_materials:
+                    message = not_among("materials", ply.material, list(self.all_materials))
                     yield Mistake((key, index, "material"), message)
             thickness = sum(ply.thickness_mm for ply in getattr(self, key) or ())
             if thickness > self.core.thickness_mm:
@@ -225,6 +240,11 @@ class SandwichSectionInput(SectionModel):
                     f"{thickness:g} mm thick, more than the core of {self.core.thickness_mm:g} "
                 )
                 yield Mistake((key,), f"{message}mm: faces must be thinner than the core")
+
+    @property
+    def all_materials(self) -> dict[str, MaterialInput]:
+        """Materials that a ply may have, by name; one of the study before one of the table."""
+        return {**self.materials, **face_materials(), **self.materials}
 
     def plies(self, side: Literal["top", "bottom"]) -> tuple[PlyInput, ...]:
         """Return the plies of a face, the outermost first."""

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from pidpanel.study.base import SectionModel, Text, file_in
+from pidpanel.study.base import SectionModel, file_in
+from pidpanel.study.base_motion import GRms
 from pidpanel.study.quantity import Quantity
 
 # Least product of the lowest frequency and the duration: the largest peak of fewer cycles is not
@@ -61,7 +62,12 @@ class Strengths(SectionModel):
 
 
 class Severity(SectionModel):
-    """Oscillator spectra, peaks in a duration, fatigue, failure indices, limits."""
+    """Oscillator spectra, peaks in a duration, fatigue, failure indices."""
+
+    removed_keys: ClassVar[Mapping[str, str]] = {
+        "limits": "is a top-level section now: limits: {A1: {psd: limit.csv}}; a point may have "
+        "rms_g too"
+    }
 
     quality: Annotated[float, Quantity(1, 1000)] = 10.0
     """Q of the oscillators of the vibration response spectrum, 1/2ζ."""
@@ -71,6 +77,25 @@ class Severity(SectionModel):
     """S-N line of the stresses at the points; without it, no damage is computed."""
     strength: Strengths | None = None
     """Strengths of layers and core; without them, no failure index is computed."""
-    limits: Mapping[Text, Annotated[Path, file_in()]] = {}
-    """CSV table of the largest acceleration PSD allowed at a point, by its name: ``frequency_hz``,
-    ``acceleration_psd_g2_hz`` and optionally ``slope_db_octave``."""
+
+
+class AccelerationLimit(SectionModel):
+    """Largest acceleration allowed at a response point, under sound and random base motion."""
+
+    rms_g: GRms | None = None
+    """Largest rms acceleration over the frequencies of the response [g rms]."""
+    psd: Annotated[Path, file_in()] | None = None
+    """CSV table of the largest PSD: ``frequency_hz``, ``acceleration_psd_g2_hz`` and optionally
+    ``slope_db_octave``."""
+    needed: ClassVar = ("rms_g", "psd")
+
+    @property
+    def text(self) -> str:
+        """The limit in words."""
+        rms = [] if self.rms_g is None else [f"{self.rms_g:g} g rms"]
+        return " and ".join(rms if self.psd is None else [*rms, f"the PSD of {self.psd.name}"])
+
+
+def limit_tables(limits: Mapping[str, AccelerationLimit]) -> dict[str, Path]:
+    """Return the tables of the largest PSDs by point."""
+    return {point: limit.psd for point, limit in limits.items() if limit.psd is not None}

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, model_validator
 
 from pidpanel.study import requirements
-from pidpanel.study.base import StudyError, as_tuple
+from pidpanel.study.base import StudyError, Text, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.claims import Claim
 from pidpanel.study.core_cells import cells_of_core, differing_cells
@@ -29,7 +29,7 @@ from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
-from pidpanel.study.severity import Severity
+from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
 from pidpanel.study.surroundings import opposite, setting
@@ -65,6 +65,8 @@ class Study(CouponStudy):
     """Search for layouts within a mass budget."""
     severity: Severity | None = None
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
+    limits: Mapping[Text, AccelerationLimit] = {}
+    """Largest accelerations allowed at response points, by name, with margins and verdicts."""
     measurements: Mapping[str, Measurement] = {}
     """Measured PSDs and transmissibilities to draw over computed ones, by name."""
     claims: tuple[Claim, ...] = ()
@@ -90,6 +92,7 @@ class Study(CouponStudy):
             return
         yield from self._mistakes_of_dampers()
         yield from requirements.mistakes_of_severity(self)
+        yield from requirements.mistakes_of_limits(self)
         yield from requirements.mistakes_of_base(self)
         yield from requirements.mistakes_of_surroundings(self)
         mistakes = list(self.mistakes_of_scenarios())

@@ -163,6 +163,13 @@ def _branches(
                     psd, summary = stages["base"].psd, stages["base"].summary
                     folder = stages["base_export"].folder
                     write_base_export(study, upstream.modes, psd, summary, folder)
+        if study.limits:
+            from pidpanel.severity.from_study import write_margins
+
+            with _stage("margins", log):
+                shaker = stages["base"] if study.base else Files({})
+                moved = {f"base_{key}": shaker.several(key) for key in ("psd", "summary")}
+                write_margins(study, Files({**everything.all, **moved}), stages["margins"].margins)
         if study.measurements:
             from pidpanel.measurement.from_study import write_measurements
 

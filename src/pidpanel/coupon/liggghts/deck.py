@@ -102,6 +102,17 @@ def undeclared(text: str, declared: Iterable[str]) -> list[str]:
     return sorted(jinja2.meta.find_undeclared_variables(tree) - set(declared))
 
 
+def variables_in(template: Path) -> set[str]:
+    """Return the variables of a template, and of the files beside it that it includes."""
+    tree = jinja2.Environment().parse(template.read_text(encoding="utf-8"))
+    names = set(jinja2.meta.find_undeclared_variables(tree))
+    for name in jinja2.meta.find_referenced_templates(tree):
+        path = template.with_name(name or template.name)
+        if path.is_file() and path != template:
+            names |= variables_in(path)
+    return names
+
+
 # Variable of the environment that is ``1`` where decks of one's own may do anything.
 TRUST = "PIDPANEL_TRUST_DECK"
 

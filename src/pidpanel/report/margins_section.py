@@ -1,0 +1,63 @@
+"""Margins to the limits of a study on the page: the verdict in a sentence, and a small table."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from pidpanel.report.html import PageSection, template_section
+from pidpanel.report.names import Study, main_level, main_scenarios, names_of, with_names
+from pidpanel.report.templates import lines
+from pidpanel.report.text import records
+from pidpanel.response.trust import doubts_in
+
+CASE = ["excitation", "scenario"]
+EXCITATIONS = {
+    "sound": " under sound", "base": " under base motion", "notched base": " with the notched input"
+}  # fmt: skip
+
+
+def margin_lines(study: Study, margins: pd.DataFrame) -> list[str]:
+    """Return the verdict under each excitation: of the best scenario, and of the bare panel.
+
+    The best has the largest of the least margins, at the level at which the study answers.
+    """
+    level, main = main_level(study), main_scenarios(study)
+    at_level = [s.label for s in main if s.oaspl_db == level]
+    bare = [
+        label for s in study.all_scenarios() if s.is_bare for label in (s.label, s.layout_label)
+    ]
+    results, groups = [], margins.groupby("excitation", sort=False)
+    for excitation, group in groups:
+        rows = group[group["scenario"].isin(at_level)] if excitation == "sound" else group
+        least = rows.loc[rows.groupby("scenario", sort=False)["margin_db"].idxmin()]
+        is_bare = least["scenario"].isin(bare)
+        best = least[~is_bare].sort_values("margin_db", ascending=False, kind="stable")
+        chosen = [*records(best.head(1)), *records(least[is_bare].head(1))]
+        count = len(group.drop_duplicates(["point", "quantity"]))
+        named = with_names(pd.DataFrame(chosen), scenario_names(study))
+        results.append(
+            {
+                "under": EXCITATIONS[str(excitation)] if len(groups) > 1 else "",
+                "rows": [{**row, "doubts": doubts_in(row)} for row in records(named)],
+                "count": count,
+            }
+        )
+    return lines("margin_lines.html", {"results": results})
+
+
+def scenario_names(study: Study) -> dict[str, str]:
+    """Return the names of scenarios by label, with and without a sound level."""
+    layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
+    return {**layouts, **names_of(study)}
+
+
+def margins_section(study: Study, margins: pd.DataFrame) -> PageSection:
+    """Return the least margin of each scenario to each limit."""
+    case: Sequence[str] = [*CASE, "point", "quantity"]
+    least = margins.loc[margins.groupby(list(case), sort=False)["margin_db"].idxmin()]
+    values = {
+        "rows": records(with_names(least, scenario_names(study))),
+        "has_excitations": least["excitation"].nunique() > 1,
+        "has_bands": bool((least["quantity"] == "psd").any()),
+    }
+    return template_section("margins.html", "Margins to the limits", values)
