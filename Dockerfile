@@ -21,7 +21,6 @@ RUN SYSTEM_READY=1 bash bootstrap.sh \
 USER pidpanel
 
 ENV PATH=/pidpanel/.venv/bin:$PATH \
-    OMP_NUM_THREADS=1 \
-    VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow
+    OMP_NUM_THREADS=1
 ENTRYPOINT ["snakemake"]
 CMD ["-j2", "--configfile", "workflow/studies/paper.yaml"]
