@@ -25,6 +25,5 @@ USER pidpanel
 WORKDIR /work
 
 ENV PATH=/pidpanel/.venv/bin:$PATH \
-    OMP_NUM_THREADS=1 \
-    VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow
+    OMP_NUM_THREADS=1
 CMD ["pidpanel", "run", "paper.yaml"]

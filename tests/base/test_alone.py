@@ -93,7 +93,7 @@ def test_the_page_answers_and_has_the_panel_on_its_shaker(alone, tmp_path):
     text = page.read_text()
     assert "PID-1, acrylic, r = 0.5 lowers the largest acceleration of all points most, to" in text
     assert (
-        "C_e is negative, so there is no steady" in text
+        "Cₑ is negative, so there is no steady" in text
         and "radiation into the air is not included" in text
     )
     for name in ("base_centre", "base_interface", "base_sine_0", "mode_shapes"):

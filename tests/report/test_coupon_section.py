@@ -48,7 +48,7 @@ def test_a_case_that_failed_is_listed_with_its_status(cases):
     table = blocks_of(coupon_section.coupon_section(CouponResults(cases)))[-1]
     assert len(table.rows) == len(cases)
     assert table.rows[3][-1] == "ParticlesLost"
-    assert table.rows[3][table.columns.index("C_e, N s/m³")] == "–"
+    assert table.rows[3][table.columns.index("Cₑ, N s/m³")] == "–"
     assert "11 of them ok" in table.caption
 
 
@@ -63,7 +63,7 @@ def test_a_case_of_several_states_has_them_in_its_row_and_is_counted(cases):
     section = coupon_section.coupon_section(CouponResults(cases))
     paragraph, *_, table = blocks_of(section)
     assert "In 1 case the cells end in different states" in paragraph.text
-    column = table.columns.index("states: C_e (share of the cells)")
+    column = table.columns.index("states: Cₑ (share of the cells)")
     found = [row[column] for row in table.rows]
     assert found[2] == "217 (25 %); 671 (75 %)"
     assert set(found[:2] + found[3:]) == {""}

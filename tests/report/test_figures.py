@@ -17,7 +17,7 @@ from pidpanel.report.coupon_figures import (
     FREQUENCY,
 )
 from pidpanel.report.html import Chart, PageCurve
-from pidpanel.report.response_figures import PSD_UNIT
+from pidpanel.report.response_figures import psd_unit
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
 LINES = np.geomspace(30, 2000, 300)
@@ -29,7 +29,7 @@ def panel(inside=None, title="DEM"):
         PageCurve(f"r = {fill}", LINES / fill, style.fill_colour(fill), inside=inside)
         for fill in (0.1, 0.5, 0.9)
     ]
-    return Chart(title, LINES, PSD_UNIT, curves, "read at Γ = 312")
+    return Chart(title, LINES, psd_unit("326"), curves, "read at Γ = 312")
 
 
 def drawn_axes(figure):
@@ -47,7 +47,7 @@ def assert_units(figure):
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     figure = response_figures.charts_figure([panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
-    assert figure.axes[0].get_ylabel() == "acceleration PSD, g²/Hz"
+    assert figure.axes[0].get_ylabel() == "acceleration PSD at point 326, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
     assert_units(figure)
 

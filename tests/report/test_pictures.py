@@ -97,13 +97,13 @@ def shares_of_the_bar(figure):
 
 def test_a_map_has_the_colours_of_its_bar_and_no_others():
     # on two elements only, whose corners have the colours of both ends
-    corners = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])[[[0, 1, 2], [0, 2, 3]]]
-    values = np.array([-1.0, 1, -1, 1])[[[0, 1, 2], [0, 2, 3]]]
+    corners = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    values, cells = np.array([-1.0, 1, -1, 1]), np.array([[0, 1, 2], [0, 2, 3]])
     with style.context():
         figure = Figure(figsize=(3, 2))
         axes = figure.subplots()
         axes.set(xlim=(0, 1), ylim=(0, 1))
-        figure.colorbar(draw_field(axes, corners, values, "RdBu_r", (-1.0, 1.0)), ax=axes)
+        figure.colorbar(draw_field(axes, corners, cells, values, "RdBu_r", (-1.0, 1.0)), ax=axes)
         (share,) = shares_of_the_bar(figure)
     assert share > 0.98  # the rest are grid lines
     drawn = figure.axes[0].collections[0].get_array()

@@ -16,7 +16,7 @@ def test_each_scenario_and_point_has_a_row(study, respond):
         row for row in rows if row["scenario"] == "A, r = 0.1, 150 dB" and row["point"] == "corner"
     )
     assert row["reduction, dB"] == "3.00"
-    assert row["Γ of C_e"] == "312 ‡"
+    assert row["Γ of Cₑ"] == "312 ‡"
     summary.loc[summary.index[-1], "status"] = "unstable"
     (table,) = blocks_of(summary_section(study, summary))
     assert table.rows[-1][4:] == ["unstable", "–", "–", "–", "–"]

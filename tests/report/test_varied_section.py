@@ -46,7 +46,7 @@ def test_the_bias_of_soft_contacts_counts_where_the_moduli_differ(varied):
 
 def test_the_finding_names_the_largest_change_with_its_point(varied):
     (said,) = findings(varied, ["particles.friction"])
-    assert said.startswith("Friction coefficient μ: from 0.1 to 0.9 C_e rises from 150 ± 20 to 450")
+    assert said.startswith("Friction coefficient μ: from 0.1 to 0.9 Cₑ rises from 150 ± 20 to 450")
     assert "24 of 24 differences are beyond two standard errors" in said
 
 

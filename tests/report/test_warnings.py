@@ -44,7 +44,7 @@ def test_beds_that_may_ride_or_cross_are_simulated_on_demand(said, respond):
     assert not any("cross their gap" in text for text in said(summary))
     summary.loc[summary["scenario"] == "B_r0.5_150dB", "between_share"] = 0.31
     (text,) = (t for t in said(summary) if "cross their" in t)
-    assert "B, r = 0.5, 150 dB: beds may ride on the floor" in text and "up to 31 %" in text
+    assert "B, r = 0.5, 150 dB: simulate these beds" in text and "p to 31 %" in text
     assert "model: coupled" in text
 
 
@@ -68,7 +68,7 @@ def test_a_motion_that_is_not_converged_and_a_basis_that_is_not_right_are_told(s
     summary.loc[of, ["motion_residual", "basis_error"]] = 0.02, 0.011
     lines = said(summary)
     assert any(
-        "B, r = 0.5, 150 dB: the acceleration for C_e is not" in t and "2.0 %" in t for t in lines
+        "B, r = 0.5, 150 dB: the acceleration for Cₑ is not" in t and "2.0 %" in t for t in lines
     )
     assert any("B, r = 0.5, 150 dB: the basis is too small" in t and "1.1 %" in t for t in lines)
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
+from matplotlib.ticker import MaxNLocator
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
@@ -23,7 +24,7 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
-from pidpanel.report.layout import draw_field, figure_of_axes, panel_axes, separate, triangles_of
+from pidpanel.report.layout import add_legend, draw_field, figure_of_axes, panel_axes, separate
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
@@ -56,9 +57,9 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     figure, (axes,) = figure_of_axes(1, 1, height, 0.0, WIDTH)
     names: list[Annotation] = []
     if rms is not None:
-        triangles, top = triangles_of(cells), float(rms.max())
-        mapped = draw_field(axes, vertices[triangles], rms[triangles], "YlOrRd", (0.0, top))
-        figure.colorbar(mapped, ax=axes, label="g rms", shrink=0.8, pad=0.02, aspect=25)
+        mapped = draw_field(axes, vertices, cells, rms, "YlOrRd", (0.0, float(rms.max())))
+        look: dict[str, Any] = {"shrink": 0.8, "pad": 0.02, "aspect": 25}
+        figure.colorbar(mapped, ax=axes, label="g rms", ticks=MaxNLocator(6), **look)
         worst = vertices[int(rms.argmax())]
         axes.plot(
             *worst, "*", color="#111111", ms=11, mec="white", mew=0.8, clip_on=False, zorder=9,
@@ -72,8 +73,9 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
         axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
         low, high = line.min(axis=(0, 1)), line.max(axis=(0, 1))
         below = (low[0] + high[0]) / 2, low[1]
-        look = {**_BOLD, "color": colour, "ha": "center", "va": "top"}
-        names.append(axes.annotate(name, below, (0, -2), **look))
+        names.append(axes.annotate(
+            name, below, (0, -2), color=colour, ha="center", va="top", **_BOLD
+        ))  # fmt: skip
     names += _attachments(axes, panel)
     for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
         axes.plot(
@@ -82,12 +84,11 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
         names.append(axes.annotate(name, (x, y), (4, 4), va="bottom", **_BOLD))
     panel_axes(axes, vertices, 0.025)
     axes.spines[:].set_visible(False)
-    handles, labels = axes.get_legend_handles_labels()
-    entries = dict(zip(labels, handles, strict=True))
-    figure.legend(entries.values(), entries, loc="outside lower center", ncols=3, handlelength=1.2)
-    # the text would hide the markers; the star may lie below it
+    add_legend(figure, 3)
     supports = panel.supports.points.values()
     marked = [*basis.point_position, *(support.position for support in supports)]
+    if rms is not None:
+        marked.append(vertices[int(rms.argmax())])
     marked += itertools.chain.from_iterable(item.ends for item in panel.attachments.values())
     separate(figure, names, marked)
     return figure
@@ -154,12 +155,9 @@ def mass_figure(
         if np.isfinite(response.dead_weight):
             axes.plot(mass, response.dead_weight, ms=4.5, mfc="white", **look)
             drawn.append((mass, response.dead_weight))
-        fill = candidate.scenario.fill_fraction
-        if np.isfinite(fill):
-            names.append(axes.annotate(
-                f"r = {fill:g}", (mass, response.reduction), xytext=(6, 3),
-                textcoords="offset points", fontsize=7.5, path_effects=_HALO,
-            ))  # fmt: skip
+        names.append(axes.annotate(
+            candidate.scenario.name, (mass, response.reduction), (6, 3), fontsize=7.5, **_NAME
+        ))  # fmt: skip
     if any(np.isfinite(response.dead_weight) for response in responses):
         look = {"color": "#555555", "marker": "o", "mfc": "white", "ls": ""}
         handles["same mass, no damping"] = Line2D([], [], **look)
@@ -168,7 +166,7 @@ def mass_figure(
     axes.axhline(0.0, color="black", lw=0.8)
     axes.set_xlim(left=0.0, right=1.18 * max(candidate.mass for candidate in with_mass))
     axes.set(xlabel="mass of the dampers, kg", ylabel=f"reduction at point {answer.worst}, dB")
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
+    add_legend(figure, 3, handles)
     separate(figure, names, drawn)
     return figure
 

@@ -24,10 +24,10 @@ from pidpanel.report.answer_figures import group_of, mass_figure, panel_figure
 from pidpanel.report.html import Chart, Fragment, Picture, figure_picture
 from pidpanel.report.inputs import Inputs, PanelInputs
 from pidpanel.report.names import main_level
-from pidpanel.report.response_figures import PSD_UNIT, chart_picture
+from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.rms import psd_curve
 from pidpanel.report.templates import sentence
-from pidpanel.report.text import number, span, value_text
+from pidpanel.report.text import NAMES, number, span, value_text
 from pidpanel.response.trust import NO_ERROR
 
 
@@ -82,10 +82,13 @@ def _row(answer: StudyAnswer, candidate: Candidate, massless: Collection[str]) -
 
 
 def trust_text(doubts: Sequence[str], note: str = "") -> str:
-    """Return whether results can be trusted, with reasons or a note."""
-    if doubts:
-        return f"no: {', '.join(doubts)}"
-    return f"yes; {note}" if note else "yes"
+    """Return whether results can be trusted, with reasons and what to do about them."""
+    remedies = NAMES["remedies"]
+    texts = [", ".join([doubt, remedies[doubt]] if doubt in remedies else [doubt])
+             for doubt in doubts]  # fmt: skip
+    if texts:
+        return f"no: {'; '.join(texts)}"
+    return f"yes; {remedies[note]}" if note else "yes"
 
 
 def _mapped_name(answer: StudyAnswer, label: str) -> str:
@@ -106,8 +109,8 @@ def psd_picture_of(inputs: Inputs, answer: StudyAnswer) -> Picture:
         label = f"{candidate.scenario.name}: {rms} g rms"
         has_band = candidate is not answer.bare
         curves.append(psd_curve(inputs.psd, place, label, colour, width, has_band=has_band))
-    chart = Chart("", inputs.psd["frequency"].to_numpy(), PSD_UNIT, curves)
-    return chart_picture("answer", [chart], width=ANSWER_WIDTH, height=3.7)
+    chart = Chart("", inputs.psd["frequency"].to_numpy(), psd_unit(point), curves)
+    return chart_picture("answer", [chart], has_svg=True, width=ANSWER_WIDTH, height=3.7)
 
 
 def mass_picture(

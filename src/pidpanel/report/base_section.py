@@ -13,7 +13,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, style
 from pidpanel.report.answer_section import trust_text
 from pidpanel.report.inputs import BaseResults
-from pidpanel.report.response_figures import PSD_UNIT, chart_picture
+from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.text import common_decimals, records, value_text
 from pidpanel.response.trust import doubts_in
 
@@ -129,18 +129,19 @@ def _random_pictures(
         gain = _curves((response / stated["input_psd"]) ** 0.5, names)
         densities = _curves(response / square_g, names, at_point["log_error"])
         charts = [
-            html.Chart("transmissibility", f, "transmissibility, –", gain),
-            html.Chart("absolute acceleration", f, PSD_UNIT, densities),
+            html.Chart("transmissibility", f, f"transmissibility to point {point}, –", gain),
+            html.Chart("absolute acceleration", f, psd_unit(point), densities),
         ]
         caption = f"Random base motion at point {point}, stated input."
-        yield chart_picture(f"base_{point}", charts, caption, height=3.9)
+        first = point == points[0]
+        yield chart_picture(f"base_{point}", charts, caption, has_svg=first, height=3.9)
     inputs = _curves(psd["input_psd"].sel(input="notched") / square_g, names)
     level = _curves(stated["input_psd"] / square_g, names)[0]
     inputs.append(replace(level, label="stated input", colour="#777777", line="dashed"))
     force = _curves(stated["interface_force_psd"], names, stated["force_log_error"])
     charts = [
         html.Chart("force", f, "force PSD, N²/Hz", force),
-        html.Chart("input", f, PSD_UNIT, inputs),
+        html.Chart("input", f, "acceleration PSD of the supports, g²/Hz", inputs),
     ]
     caption = "Force of all supports under the stated input; stated and notched inputs."
     yield chart_picture("base_interface", charts, caption, height=3.9)
@@ -214,4 +215,4 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
     )
     for start in range(0, len(charts), 2):
         pair = charts[start : start + 2]
-        yield chart_picture(f"base_sine_{start}", pair, caption, height=3.9)
+        yield chart_picture(f"base_sine_{start}", pair, caption, has_svg=not start, height=3.9)

@@ -15,7 +15,7 @@ from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report import html, text
 from pidpanel.report.inputs import without_errors
 from pidpanel.report.maps_section import FIELD_STYLES, map_figure, scale_ends
-from pidpanel.report.response_figures import PSD_UNIT, chart_picture
+from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records, value_text
 from pidpanel.response.trust import SIGNIFICANCE
 
@@ -270,7 +270,7 @@ def _psds(first: Side, second: Side, shared: pd.DataFrame) -> list[html.Picture]
             ]
             if curves:
                 level = f", {group['level_first'].iloc[0]:g} dB" if len(groups) > 1 else ""
-                chart = html.Chart("", lines, PSD_UNIT, curves, f"point {point}")
+                chart = html.Chart("", lines, psd_unit(point), curves)
                 caption = f"Acceleration PSD at point {point}{level}; bare panels dotted."
                 pictures.append(chart_picture(f"psd_{len(pictures)}", [chart], caption))
     return pictures

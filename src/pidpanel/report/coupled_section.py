@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import AtlasResults, CoupledResults
-from pidpanel.report.layout import figure_of_axes, frequency_axis, pick
+from pidpanel.report.layout import add_legend, figure_of_axes, frequency_axis, log_scale, pick
 from pidpanel.report.text import number, plain, records, signed, span
 
 CURVES = 6  # patches in the figure at most
@@ -88,13 +88,13 @@ def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
         mass.errorbar(rows["frequency_hz"], rows["apparent_mass_kg_m2"], errors[1], **look)
     for axes in (damping, mass):
         frequency_axis(axes, 0.9 * table["frequency_hz"].min(), 1.1 * table["frequency_hz"].max())
-    damping.set_yscale("log", nonpositive="clip")
+    log_scale(damping)
     drawn = table.loc[table["equivalent_damping_n_s_m3"] > 0, "equivalent_damping_n_s_m3"]
     damping.set_ylim(bottom=drawn.min() / 3 if len(drawn) else None)  # not to an error's lower end
-    damping.set_ylabel("$C_e$, N s/m³")
-    mass.set_ylabel("$m_a$, kg/m²")
+    damping.set_ylabel("Cₑ, N s/m³")
+    mass.set_ylabel("mₐ, kg/m²")
     mass.axhline(0, color="#999999", lw=0.6)
-    figure.legend(*mass.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    add_legend(figure, 3)
     return figure
 
 

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib import ticker
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -34,10 +33,10 @@ class AxisQuantity(NamedTuple):
 
 
 EQUIVALENT_DAMPING = AxisQuantity(
-    "equivalent_damping_n_s_m3", "$C_e$, N s/m³", True, "equivalent_damping_error_n_s_m3"
+    "equivalent_damping_n_s_m3", "Cₑ, N s/m³", True, "equivalent_damping_error_n_s_m3"
 )
 LOSS_FACTOR = AxisQuantity("loss_factor", "loss factor η, –", True, "loss_factor_error")
-MASS_SHARE = AxisQuantity("apparent_mass_share", "$m_a$ / mass of the particles, –", False,
+MASS_SHARE = AxisQuantity("apparent_mass_share", "mₐ / mass of the particles, –", False,
                       "apparent_mass_share_error")  # fmt: skip
 FREQUENCY = AxisQuantity("frequency_hz", "frequency, Hz", True, symbol="f")
 ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
@@ -63,8 +62,7 @@ def sweep_figure(
     """Draw a quantity of the coupon over frequency or acceleration, one line per fill."""
     values = list(np.unique(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
-    columns = min(3, len(values))
-    figure, grid = layout.figure_of_axes(len(values), columns, 2.55, 0.5, sharex=True, sharey=True)
+    figure, grid = layout.figure_of_axes(len(values), 3, 2.55, 0.5, sharex=True, sharey=True)
     ticks = np.unique(cases[x.column])
     for axes, value in zip(grid, values, strict=True):
         panel_cases = cases[cases[panel.column] == value]
@@ -83,10 +81,8 @@ def sweep_figure(
                 damping = law(fine if over_f else np.full(2, value), fill)
                 axes.plot(fine, damping, color=colour, ls="--", lw=0.8)
         axes.set_title(_constant(panel, value), loc="left")
-        axes.set_xscale("log")
-        if y.log:
-            axes.set_yscale("log")
-        else:
+        layout.log_scale(axes, "xy" if y.log else "x")
+        if not y.log:
             axes.axhline(0, color="#888888", lw=0.6)
         if x is FREQUENCY:
             layout.frequency_axis(axes, ticks[0] / 1.25, ticks[-1] * 1.25)
@@ -94,16 +90,15 @@ def sweep_figure(
             axes.set_xlim(ticks[0] / 1.25, ticks[-1] * 1.25)
             if len(ticks) <= FEW_TICKS:
                 _name_values(axes, ticks)
-            axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
         axes.set(xlabel=x.label, ylabel=y.label)
-        axes.tick_params(labelbottom=True, labelleft=True)
+        axes.tick_params(labelleft=True)
     handles = layout.fill_handles(fills)
     line = partial(Line2D, [], [], color=layout.GREY, lw=0.8)
     if law:
         handles["dashed: the paper's law, corrected"] = line(ls="--")
     if bound:
         handles["dotted: bound of an inelastic bed"] = line(ls=":")
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=7)
+    layout.add_legend(figure, 7, handles)
     return figure
 
 
@@ -118,10 +113,9 @@ def loss_factor_map(cases: pd.DataFrame) -> Figure:
     frequencies = np.unique(cases[FREQUENCY.column])
     amplitudes = np.unique(cases[ACCELERATION.column])
     fills = sorted(cases["fill_fraction"].unique())
-    columns = min(3, len(fills))
-    width = columns * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
+    width = min(3, len(fills)) * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
     figure, grid = layout.figure_of_axes(
-        len(fills), columns, 0.5 + 0.25 * len(amplitudes), 0.9, width, sharex=True, sharey=True
+        len(fills), 3, 0.5 + 0.25 * len(amplitudes), 0.9, width, sharex=True, sharey=True
     )
     top = float(cases[LOSS_FACTOR.column].max())
     norm = Normalize(0.0, top)
@@ -161,10 +155,8 @@ def design_figure(cases: pd.DataFrame, varied: Sequence[str]) -> Figure:
     for axes, (column, label) in zip(grid, columns.items(), strict=True):
         values = cases[column]
         axes.plot(values, cases[LOSS_FACTOR.column], ".", ms=3, color=style.PLACES[0], alpha=0.6)
-        axes.set_yscale("log")
-        if values.min() > 0 and values.max() > 8 * values.min():
-            axes.set_xscale("log")
-            axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
+        is_wide = values.min() > 0 and values.max() > 8 * values.min()
+        layout.log_scale(axes, "xy" if is_wide else "y")
         axes.set(xlabel=label, ylabel=LOSS_FACTOR.label)
     return figure
 
@@ -195,19 +187,18 @@ def losses_figure(cases: pd.DataFrame) -> Figure:
     reach = max(2.5, 1.15 * 100 * float(balanced["closure"].abs().max() if len(balanced) else 0))
     right.set_ylim(-reach, reach)
     for axes in (left, right):
-        axes.set_xscale("log")
+        layout.log_scale(axes, "x")
         _name_values(axes, np.unique(balanced[ACCELERATION.column]))
         axes.margins(x=0.1)
         axes.set_xlabel(ACCELERATION.label)
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=6)
+    layout.add_legend(figure, 6)
     return figure
 
 
 def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
     """Draw C_e over a varied key, one pair of axes per frequency, one line per fill and Γ."""
     frequencies = sorted(cases[FREQUENCY.column].unique())
-    figure = Figure(figsize=(layout.WIDTH, 3.0))
-    grid = figure.subplots(1, len(frequencies), squeeze=False)[0]
+    figure, grid = layout.figure_of_axes(len(frequencies), 4, 2.5, 0.5)
     values = list(dict.fromkeys(cases[key]))
     numeric = pd.api.types.is_numeric_dtype(cases[key])
     place = {value: value if numeric else float(i) for i, value in enumerate(values)}
@@ -225,19 +216,14 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
             )  # fmt: skip
     for axes, frequency in zip(grid, frequencies, strict=True):
         axes.set_title(f"f = {frequency:g} Hz", loc="left")
-        axes.set(xlabel=label, yscale="log")
-        axes.yaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
-        axes.yaxis.set_major_formatter("{x:g}")
-        axes.yaxis.set_minor_formatter(ticker.NullFormatter())
-        if numeric and min(values) > 0 and max(values) > 8 * min(values):
-            axes.set_xscale("log")
-            axes.xaxis.set_major_formatter("{x:g}")
+        is_wide = numeric and min(values) > 0 and max(values) > 8 * min(values)
+        layout.log_scale(axes, "xy" if is_wide else "y")
+        axes.set_xlabel(label)
         if numeric:
             _name_values(axes, values)
         else:
-            axes.set_xticks(list(place.values()), [style.as_typed(str(value)) for value in values])
+            axes.set_xticks(list(place.values()), [str(value) for value in values])
             axes.margins(x=0.25)
     grid[0].set_ylabel(EQUIVALENT_DAMPING.label)
-    figure.tight_layout(rect=(0, 0.1, 1, 1))
-    figure.legend(*grid[0].get_legend_handles_labels(), loc="lower center", ncols=4)
+    layout.add_legend(figure, 4)
     return figure

@@ -7,7 +7,6 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
-from matplotlib import ticker
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
@@ -22,7 +21,16 @@ from pidpanel.damping.surface_cases import AXES, ERROR, VALUE
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import DampingResults
-from pidpanel.report.layout import GREY, WIDTH, figure_of_axes, fill_handles, frequency_axis, pick
+from pidpanel.report.layout import (
+    GREY,
+    WIDTH,
+    add_legend,
+    figure_of_axes,
+    fill_handles,
+    frequency_axis,
+    log_scale,
+    pick,
+)
 from pidpanel.report.text import number
 
 
@@ -115,7 +123,7 @@ def map_figure(surface: DampingSurface) -> Figure:
     figure = Figure(figsize=(WIDTH, 4.7), layout="constrained")
     grid_of = figure.subplots(2, len(fills), sharex=True, sharey=True, squeeze=False)
     for row, (label, colormap) in enumerate(
-        (("$C_e$, N s/m³", "viridis"), ("loss factor η, –", "magma"))
+        (("Cₑ, N s/m³", "viridis"), ("loss factor η, –", "magma"))
     ):
         drawn = np.concatenate([layer[row][layer[2]] for layer in maps])
         scale = ScalarMappable(LogNorm(drawn.min(), drawn.max()), mpl.colormaps[colormap])
@@ -131,9 +139,7 @@ def map_figure(surface: DampingSurface) -> Figure:
             )
             axes.grid(False)
             frequency_axis(axes, x[0] / 1.1, x[-1] * 1.1)
-            axes.set_yscale("log")
-            axes.yaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
-            axes.yaxis.set_minor_formatter(ticker.NullFormatter())
+            log_scale(axes)
             axes.label_outer()
             if row == 0:
                 axes.set_title(f"r = {fill:g}", loc="left")
@@ -158,8 +164,7 @@ def law_figure(surface: DampingSurface, law: Law | None) -> Figure:
     """
     accelerations = pick(np.unique(surface.cases[ACCELERATION]), 6)
     fills = pick(np.unique(surface.cases[FILL]), 5)
-    columns = min(2 if len(accelerations) == 4 else 3, len(accelerations))
-    figure, grid = figure_of_axes(len(accelerations), columns, 3.1, 0.6, sharex=True, sharey=True)
+    figure, grid = figure_of_axes(len(accelerations), 3, 3.1, 0.6, sharex=True, sharey=True)
     frequency = _fine(surface, FREQUENCY)
     for axes, gamma in zip(grid, accelerations, strict=True):
         for fill, marker in zip(fills, itertools.cycle(style.MARKERS), strict=False):
@@ -181,18 +186,16 @@ def law_figure(surface: DampingSurface, law: Law | None) -> Figure:
             bound = 8 * surface.bed.mass_per_fill * fill * frequency
             axes.plot(frequency, bound, color=colour, ls=":", lw=0.7)
         frequency_axis(axes, frequency[0] / 1.1, frequency[-1] * 1.1)
-        axes.set(xlabel="", yscale="log")
+        log_scale(axes)
         axes.set_title(f"Γ = {gamma:g}", loc="left")
+        axes.set_ylabel("Cₑ, N s/m³")
+        axes.label_outer()
     low, high = surface.cases[VALUE].min(), surface.cases[VALUE].max()
     grid[0].set_ylim(low / 2, high * 5)
-    for axes in grid[(len(grid) - 1) // columns * columns :]:
-        axes.set_xlabel("frequency, Hz")
-    for axes in grid[::columns]:
-        axes.set_ylabel("$C_e$, N s/m³")
     handles = fill_handles(fills)
     handles["surface ± standard error"] = Patch(color=GREY, alpha=0.35)
     if law is not None:
         handles["Eq. 5 and 6, fitted at this Γ"] = Line2D([], [], color=GREY, ls="--")
     handles["bound of an inelastic bed"] = Line2D([], [], color=GREY, ls=":")
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=4)
+    add_legend(figure, 4, handles)
     return figure

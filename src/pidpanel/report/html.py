@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from pidpanel.arrays import Array, Flags
+from pidpanel.arrays import Array, Flags, Index
 from pidpanel.provenance import durable
 from pidpanel.report.style import BARE, RESOLUTION, Drawing
 from pidpanel.report.templates import PAGES, environment
@@ -30,6 +30,9 @@ SHOWN_PER_INCH = 100  # pixels per inch at which a page shows PNG files
 BROAD = 640  # width from which a picture takes that of the page [pixel]
 
 PIXELS = 1.6  # width of a curve on a screen over that in a figure [pixel/pt]
+
+SAME = 0.005  # difference of ln of a curve that is less than a pixel
+PASSES = 4  # each leaves out half of the lines at most
 
 DIGITS = 4  # significant digits of a curve's values in the page: 0.01 % is finer than a pixel
 
@@ -79,29 +82,49 @@ class Chart:
 
     @property
     def json(self) -> str:
-        """The chart for the script in the page."""
-        drawn = [
-            {
-                "label": curve.label,
-                "colour": curve.colour,
-                "line": curve.line if curve.inside is None or curve.inside.any() else "dashed",
-                "width": curve.pixels,
-                "values": self._rounded(curve.values),
-                "outside": []
-                if curve.inside is None
-                else np.flatnonzero(np.diff(~curve.inside, prepend=False, append=False)).tolist(),
-                "band": None
-                if curve.log_error is None
-                else [
-                    self._rounded(curve.values * np.exp(sign * curve.log_error))
-                    for sign in (1.0, -1.0)
-                ],
-            }
-            for curve in self.curves
-        ]
-        unit, frequency = self.unit.replace("$", ""), self._rounded(self.frequency, 6)
-        values = {"unit": unit, "log": self.is_log, "x": frequency, "curves": drawn}
+        """The chart for the script in the page, at the lines that its curves need."""
+        lines = self._needed_lines()
+        drawn = []
+        for curve in self.curves:
+            values, inside, band = curve.values[lines], None, None
+            if curve.inside is not None:
+                inside = curve.inside[lines]
+            if curve.log_error is not None:
+                factor = np.exp(curve.log_error[lines])
+                band = [self._rounded(values * factor), self._rounded(values / factor)]
+            ends = [] if inside is None else np.diff(~inside, prepend=False, append=False).nonzero()
+            drawn.append(
+                {
+                    "label": curve.label,
+                    "colour": curve.colour,
+                    "line": curve.line if inside is None or inside.any() else "dashed",
+                    "width": curve.pixels,
+                    "values": self._rounded(values),
+                    "outside": np.ravel(ends).tolist(),
+                    "band": band,
+                }
+            )
+        frequency = self._rounded(self.frequency[lines], 6)
+        values = {"unit": self.unit, "log": self.is_log, "x": frequency, "curves": drawn}
         return json_in_page(values)
+
+    def _needed_lines(self) -> Index:
+        """Return the lines without which a curve would be off by `SAME` or more."""
+        rows = [c.inside for c in self.curves if c.inside is not None]
+        x, lines = np.log(self.frequency), np.arange(len(self.frequency))
+        with np.errstate(all="ignore"):
+            for curve in self.curves:
+                is_log = self.is_log
+                rows.append(np.log(curve.values) if is_log else curve.values / np.ptp(curve.values))
+            y = np.reshape(rows, (-1, len(lines))).astype(float)
+            for _ in range(PASSES):
+                left, middle, right = lines[:-2:2], lines[1:-1:2], lines[2::2]
+                share = (x[middle] - x[left]) / (x[right] - x[left])
+                straight = (1 - share) * y[:, left] + share * y[:, right]
+                # a comparison with NaN is false: gaps keep their ends
+                spare = (np.abs(straight - y[:, middle]) < SAME).all(axis=0)
+                lines = np.setdiff1d(lines, middle[spare])
+        return lines
 
     def _rounded(self, values: Array, digits: int = DIGITS) -> list[float | None]:
         """Return values to some significant digits; None for a gap."""
@@ -134,6 +157,12 @@ class Picture:
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     format: Literal["png", "webp"] = "png"
+    has_svg: bool = False  # whether readers without scripts see the figure in place of the charts
+
+    @property
+    def svg(self) -> str:
+        """The figure as SVG, or "" if the page has none of it."""
+        return self.drawn.svg if self.has_svg and isinstance(self.drawn, Drawing) else ""
 
     @property
     def is_image(self) -> bool:
@@ -303,9 +332,9 @@ def write_page(page: Page, file: Path, figures: Path) -> None:
 
 
 def write_figures(page: Page, formats: Sequence[str], figures: Path) -> None:
-    """Write the figures of a page as PNG, SVG or PDF into a folder; films are left out."""
+    """Write the figures of a page with its title as PNG, SVG or PDF; films are left out."""
     figures.mkdir(parents=True, exist_ok=True)
     for picture in page.pictures:
         if isinstance(picture.drawn, Drawing):
             for name in formats:
-                picture.drawn.write(figures / f"{picture.name}.{name}")
+                picture.drawn.write(figures / f"{picture.name}.{name}", page.title)

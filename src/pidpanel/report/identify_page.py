@@ -19,7 +19,7 @@ from pidpanel.identify.posterior import Posterior
 from pidpanel.provenance import durable
 from pidpanel.report import style
 from pidpanel.report.html import Fragment, Page, PageSection, figure_picture, render
-from pidpanel.report.layout import figure_of_axes, frequency_axis
+from pidpanel.report.layout import figure_of_axes, frequency_axis, log_scale
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
 
@@ -110,7 +110,8 @@ def posterior_figure(posterior: Posterior) -> Figure:
         colours = ["#9ecae1", "#3182bd"][: len(levels) - 1]
         axes.contourf(e, friction, density.T, levels=levels, colors=colours)
     axes.plot(posterior.best[0], math.exp(posterior.best[1]), "o", color="black", ms=5)
-    axes.set(yscale="log", xlabel="restitution e", ylabel="friction μ")
+    log_scale(axes)
+    axes.set(xlabel="restitution e", ylabel="friction μ")
     axes.set_yticks(_ticks(friction), [f"{value:g}" for value in _ticks(friction)], minor=False)
     axes.minorticks_off()
     return figure
@@ -146,7 +147,8 @@ def measured_figure(predictions: pd.DataFrame) -> Figure:
         )
     low, high = predictions["frequency_hz"].min(), predictions["frequency_hz"].max()
     frequency_axis(differences, low / 1.2, high * 1.2)
-    values.set(yscale="log", ylabel="$C_e$, N s/m³")
+    log_scale(values)
+    values.set_ylabel("Cₑ, N s/m³")
     if len(levels) <= 8:
         values.legend(ncols=2)
     differences.axhspan(-2, 2, color="#dddddd", lw=0)

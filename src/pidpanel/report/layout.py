@@ -1,6 +1,7 @@
 """Layout that the figures share: width, margins, legends, the axis of frequency."""
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -8,16 +9,16 @@ import numpy as np
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
+from matplotlib.tri import TriContourSet
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
 from pidpanel.report import style
 from pidpanel.report.html import PageCurve
+from pidpanel.report.text import SUPERSCRIPT
 
 WIDTH = 10.0  # width of a figure that fills the page [inch]
 
@@ -29,16 +30,40 @@ MARKER_RADIUS = 3.5  # of the markers that names leave free [pt]
 NAME_GAP = 2.0  # between names [pt]
 
 SHADES = 64  # of the colour scale of a map
-FLAT_TRIANGLES = 90_000  # of a figure whose meshes have fewer
+
+# Ticks of a decade of frequency, by the least distance of two of them [decades].
+STEPS = {0.095: (1, 1.5, 2, 3, 4, 5, 7), 0.3: (1, 2, 5), 0.47: (1, 3), 1.0: (1,)}
+TICK_WIDTH = 0.38  # of a number of four digits with its gap [inch]
 
 GREY = "#555555"  # colour of a legend's line that represents all colours
+
+
+class PowerFormatter(ticker.LogFormatterSciNotation):
+    """Numbers of a logarithmic axis as text: 20, 10⁻⁵."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the text of a tick."""
+        marked = super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
+        plain = marked.replace(r"\times", "·").replace("-", "−")
+        return re.sub(r"\^\{(.*)\}", lambda power: power[1].translate(SUPERSCRIPT), plain)
+
+
+def log_scale(axes: Axes, names: str = "y") -> None:
+    """Make axes, ``"x"``, ``"y"`` or both, logarithmic."""
+    for name in names:
+        axes.set(**{f"{name}scale": "log"})
+        axis = axes.xaxis if name == "x" else axes.yaxis
+        axis.set_major_formatter(PowerFormatter())
+        axis.set_minor_formatter(PowerFormatter())
 
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
     """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
     axes.set(xscale="log", xlim=(low, high))
-    steps = (1, 2, 5) if high > 8 * low else (1, 1.5, 2, 3, 4, 5, 7)
-    ticks = np.outer(10.0 ** np.arange(5), steps).ravel()
+    figure = axes.get_figure()
+    width = axes.get_position().width * (WIDTH if figure is None else figure.get_figwidth())
+    steps = [s for gap, s in STEPS.items() if gap * width > TICK_WIDTH * np.log10(high / low)]
+    ticks = np.outer(10.0 ** np.arange(5), steps[0] if steps else [1]).ravel()
     ticks = ticks[(low * 0.999 <= ticks) & (ticks <= high * 1.001)]
     axes.xaxis.set_major_locator(ticker.FixedLocator(ticks.tolist()))
     axes.xaxis.set_major_formatter(ticker.StrMethodFormatter("{x:g}"))
@@ -90,31 +115,22 @@ def triangles_of(cells: Index) -> Index:
     return np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
 
 
-def shades(colours: str) -> Colormap:
-    """Return a scale of colours whose bar has each of them, and whose flat areas are small files.
-
-    Collections in it are not antialiased: neighbours would blend to colours that the bar lacks.
-    """
-    return mpl.colormaps[colours].resampled(SHADES)
-
-
 def draw_field(
-    axes: Axes, corners: Array, values: Array, colours: str, ends: tuple[float, float]
-) -> PolyCollection:
-    """Draw values (n, 3) at the corners (n, 3, 2) of triangles in colours of a scale and no others.
+    axes: Axes, vertices: Array, cells: Index, values: Array, colours: str,
+    ends: tuple[float, float],
+) -> TriContourSet:  # fmt: skip
+    """Draw values (n,) at vertices (n, 2) of elements in `SHADES` colours of a scale.
 
-    Values are linear in a triangle. It is split into flat ones: shading between the colours of its
-    corners passes by those of the scale.
+    They are not antialiased: neighbours would blend to colours that the bar of the scale lacks.
     """
-    triangles = np.concatenate([corners, values[..., None]], axis=-1)
-    while 4 * len(triangles) * len(axes.figure.axes) <= FLAT_TRIANGLES:
-        middle = (triangles + np.roll(triangles, -1, axis=1)) / 2
-        outer = np.stack([triangles, middle, np.roll(middle, 1, axis=1)], axis=2)
-        triangles = np.concatenate([outer, middle[:, None]], axis=1).reshape(-1, 3, 3)
-    drawn = PolyCollection(list(triangles[..., :2]), array=triangles[..., 2].mean(axis=1))
-    drawn.set(cmap=shades(colours), antialiased=False, rasterized=True)
-    drawn.set_clim(*ends)
-    axes.add_collection(drawn)
+    low, high = ends
+    levels = np.linspace(low, high if high > low else low + 1.0, SHADES + 1)
+    drawn = axes.tricontourf(
+        *vertices.T, triangles_of(cells), values, levels=levels, antialiased=False,
+        cmap=mpl.colormaps[colours].resampled(SHADES),
+        extend="max" if values.max() > high else "neither",
+    )  # fmt: skip
+    drawn.set_rasterized(True)
     return drawn
 
 
@@ -128,7 +144,7 @@ def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
 
 
 def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()) -> None:
-    """Move names in a figure, each by as little as it takes to lie on no name before it.
+    """Move names in the first axes, each by as little as it takes to lie on no name before it.
 
     ``points``: (n, 2) coordinates in the first axes, where markers and bars are.
     """
@@ -138,14 +154,14 @@ def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()
     figure.set_layout_engine("none")  # known now, and takes longer than the drawing
     point = figure.dpi / 72
     marked = figure.axes[0].transData.transform(np.reshape(points, (-1, 2)))
-    radius = MARKER_RADIUS * point
+    radius, frame = MARKER_RADIUS * point, figure.axes[0].bbox
     placed = np.hstack([marked - radius, marked + radius])  # (n, 4): left, bottom, right, top
     steps = np.array([(across, up) for across in range(-4, 5) for up in range(-6, 7)])
     for name in names:
         first = name.get_window_extent()
         shifts = 0.51 * steps * first.size
         boxes = np.tile(shifts, 2) + first.extents
-        cut = (boxes[:, :2] < 0).any(axis=1) | (boxes[:, 2:] > figure.bbox.max).any(axis=1)
+        cut = ((boxes[:, :2] < frame.min) | (boxes[:, 2:] > frame.max)).any(axis=1)
         low = np.maximum(boxes[:, None, :2], placed[:, :2])
         high = np.minimum(boxes[:, None, 2:], placed[:, 2:])
         overlaps = (low < high).all(axis=2).sum(axis=1)
@@ -167,12 +183,32 @@ def fill_handles(fills: Iterable[float]) -> dict[str, Artist]:
 
 
 def figure_of_axes(
-    count: int, columns: int, height: float, extra: float, width: float = WIDTH, **options: Any
+    count: int, across: int, height: float, extra: float, width: float = WIDTH, **options: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and its axes in rows of a height [inch]; ``extra`` is for the legend."""
+    """Return a figure and its axes in rows of a height [inch]; ``extra`` is for the legend.
+
+    There are about ``across`` in a row, such that at most one place is empty, for the legend.
+    """
+    choices = (across, across + 1, max(1, across - 1))
+    columns = min(choices, key=lambda n: max(-count % n, 1)) if count > across else count
     rows = -(-count // columns)
     figure = Figure(figsize=(width, height * rows + extra), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False, **options)
+    for axes in grid.flat:
+        axes.tick_params(labelbottom=True)
     for unused in grid.flat[count:]:
-        unused.remove()
+        unused.set_axis_off()
     return figure, list(grid.flat[:count])
+
+
+def add_legend(figure: Figure, columns: int, handles: Mapping[str, Artist] | None = None) -> None:
+    """Add a legend, by default of the first axes, in an empty place or below all axes."""
+    if handles is None:
+        drawn, labels = figure.axes[0].get_legend_handles_labels()
+        handles = dict(zip(labels, drawn, strict=True))
+    entries = list(handles.values()), list(handles)
+    for axes in figure.axes:
+        if not axes.axison:
+            axes.legend(*entries, loc="center", ncols=1 + len(handles) // 8)
+            return
+    figure.legend(*entries, loc="outside lower center", ncols=columns)

@@ -4,20 +4,23 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import panel_axes, shades
+from pidpanel.report.layout import draw_field, panel_axes
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
 FIELD_STYLES = {
     "acceleration_rms": ("rms acceleration, g", 1 / STANDARD_GRAVITY, "viridis"),
     "von_mises_rms": ("rms von Mises stress, MPa", 1e-6, "magma"),
 }
+
+ACROSS = 2  # maps side by side
 
 EXCEEDED_SHARE = 0.01  # share of the area that lies beyond the end of the colour scale
 
@@ -58,28 +61,31 @@ def map_figure(
     tops: Mapping[str, float] | None = None,
     styles: Mapping[str, tuple[str, float, str]] = FIELD_STYLES,
 ) -> Figure:
-    """Draw a row per case, each with its title, and a column per field with its colour scale."""
+    """Draw the cases side by side, in rows of `ACROSS`; all maps of a field have one scale."""
     tops = tops or scale_ends(maps, styles)
-    position = maps["vertex_position"].to_numpy()
-    cells = maps["cells"].to_numpy().astype(np.int64)
-    corners, edges = position[cells], position[patch_edges(cells, cell_in_patch)]
+    position, cells = maps["vertex_position"].to_numpy(), maps["cells"].to_numpy().astype(np.int64)
+    edges = position[patch_edges(cells, cell_in_patch)]
     length, width = np.ptp(position, axis=0)
-    count = maps.sizes["case"]
-    height = 2.6 * width / length + 0.75
-    figure = Figure(figsize=(7.4, height * count), layout="constrained")
-    axes = figure.subplots(count, len(styles), squeeze=False)
-    for column, (name, (label, factor, colours)) in enumerate(styles.items()):
-        values = _on_cells(maps, name) * factor
-        for row in range(count):
-            ax = axes[row, column]
-            drawn = PolyCollection(list(corners), array=values[row], cmap=shades(colours))
-            drawn.set(clim=(0.0, tops[name]), antialiased=False)
-            ax.add_collection(drawn)
-            ax.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
-            panel_axes(ax, position, 0.0)
-            ax.set(ylabel="y, m" if column == 0 else "", xlabel="x, m" if row == count - 1 else "")
-            ax.set_title(titles[row])
-        figure.colorbar(drawn, ax=axes[:, column].tolist(), label=label, shrink=0.8, extend="max")
+    across = min(ACROSS, len(titles))
+    rows = -(-len(titles) // across)
+    height = min(4.5, 3.6 * width / length) + 0.6
+    figure = Figure(figsize=(1.0 + 4.5 * across, height * rows * len(styles)), layout="constrained")
+    grid = figure.subplots(rows * len(styles), across, squeeze=False)
+    for unused in grid.reshape(len(styles), -1)[:, len(titles) :].flat:
+        unused.remove()
+    for axes_row, (name, (label, factor, colours)) in zip(
+        grid.reshape(len(styles), -1), styles.items(), strict=True
+    ):
+        fields = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
+        for axes, title, field in zip(axes_row, titles, fields.to_numpy(), strict=False):
+            drawn = draw_field(axes, position, cells, field * factor, colours, (0.0, tops[name]))
+            axes.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
+            panel_axes(axes, position, 0.0)
+            axes.set_title(title)
+        figure.colorbar(
+            drawn, ax=axes_row[: len(titles)].tolist(), label=label, shrink=0.8,
+            ticks=MaxNLocator(6),
+        )  # fmt: skip
     return figure
 
 

@@ -16,7 +16,7 @@ from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.text import records
 
-QUANTITIES = {DAMPING: ("C_e", "N s/m³", "$C_e$"), MASS: ("m_a", "kg/m²", "$m_a$")}
+QUANTITIES = {DAMPING: ("Cₑ", "N s/m³"), MASS: ("mₐ", "kg/m²")}
 LOOKS: Mapping[str, Mapping[str, Any]] = {
     "measured": {"marker": "o", "ls": "none"},
     "simulated": {"marker": "s", "mfc": "none", "ls": "none"},
@@ -38,7 +38,7 @@ def measured_section(compared: pd.DataFrame) -> PageSection:
         "quantities": [
             {"name": name, "unit": unit, "rows": _rows(compared, column)}
             for column in _given(compared)
-            for name, unit, _ in (QUANTITIES[column],)
+            for name, unit in (QUANTITIES[column],)
         ],
     }
     return template_section("measured.html", "Measured, simulated, atlas", values)
@@ -120,14 +120,11 @@ def measured_figure(compared: pd.DataFrame) -> Figure:
                         yerr=curve[f"{source}_{quantity}_error"].fillna(0.0),
                         color=_colour(place), capsize=1.8, elinewidth=0.7, capthick=0.7, **look,
                     )  # fmt: skip
-            axes.set_xscale("log")
-            axes.xaxis.set_major_formatter("{x:g}")
-            if quantity == DAMPING:
-                axes.set_yscale("log")
-            else:
+            layout.log_scale(axes, "xy" if quantity == DAMPING else "x")
+            if quantity != DAMPING:
                 axes.axhline(0, color="#888888", lw=0.6)
             axes.set_title(f"r = {fill:g}", loc="left")
-        line[0].set_ylabel(f"{QUANTITIES[quantity][2]}, {QUANTITIES[quantity][1]}")
+        line[0].set_ylabel(", ".join(QUANTITIES[quantity]))
     for axes in grid[-1]:
         axes.set_xlabel(x.label)
     handles = {source: Line2D([], [], color=layout.GREY, **look) for source, look in LOOKS.items()}
@@ -135,7 +132,7 @@ def measured_figure(compared: pd.DataFrame) -> Figure:
         f"{other.symbol} = {level:.4g}": Line2D([], [], color=_colour(place))
         for place, level in enumerate(levels)
     }
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=6)
+    layout.add_legend(figure, 6, handles)
     return figure
 
 

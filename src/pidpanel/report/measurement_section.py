@@ -11,7 +11,7 @@ from pidpanel.measurement.computed import computed_psd
 from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, Picture, template_section
 from pidpanel.report.inputs import BaseResults, MeasurementResults
-from pidpanel.report.response_figures import PSD_UNIT, chart_picture
+from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.text import records, with_error
 
 # Ends of the columns of each quantity
@@ -101,7 +101,7 @@ def _picture(
     is_psd: bool,
 ) -> Picture:
     first = rows.iloc[0]
-    column, unit = "acceleration_psd_g2_hz", PSD_UNIT
+    column, unit = "acceleration_psd_g2_hz", psd_unit(str(first["point"]))
     if not is_psd:
         is_hit = first["excitation"] == "hammer"
         column, unit = (

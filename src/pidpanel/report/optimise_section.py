@@ -16,7 +16,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import html, style
 from pidpanel.report.inputs import ProposalResults
 from pidpanel.report.layout import figure_of_axes, panel_axes
-from pidpanel.report.response_figures import PSD_UNIT, chart_picture
+from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.templates import fill, sentence
 from pidpanel.report.text import NAMES, common_decimals, number, records, value_text
 
@@ -97,9 +97,9 @@ def _psd(proposal: ProposalResults, layout: int, excitation: str) -> dict[str, A
         key = "acceleration_rms" if number_of else "bare_rms"
         text = value_text(row[f"{key}_g"], row.get(f"{key}_error_g", 0.0))
         curves.append(html.PageCurve(f"{name}: {text} g rms", values, colour, width=1.4))
-    charts = [html.Chart("", frequency, PSD_UNIT, curves)]
+    charts = [html.Chart("", frequency, psd_unit(row["point"]), curves)]
     name = f"layout_psd_{layout}_{excitation}"
-    picture = chart_picture(name, charts, width=NARROW, height=3.7)
+    picture = chart_picture(name, charts, has_svg=layout == 1, width=NARROW, height=3.7)
     return {"point": row["point"], "under": UNDER[excitation], "picture": picture}
 
 

@@ -8,11 +8,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import WIDTH, draw_field, triangles_of
+from pidpanel.report.layout import WIDTH, draw_field
 from pidpanel.report.text import records
 
 MODES_SHOWN = 9  # modes whose shapes are drawn
@@ -89,20 +90,18 @@ def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
         axes.set_axis_off()
     size, middle = np.ptp(vertices, axis=0), (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     distance = np.linalg.norm(vertices[:, None] - basis.point_position, axis=-1)
-    triangles = triangles_of(cells)
-    # what is farther away is drawn first
-    triangles = triangles[np.argsort(-(vertices[triangles].mean(axis=1) @ [0.33, 0.94]))]
     half = 0.5 * SPREAD * float(np.hypot(*size))
     for axes, shape, title in zip(grid, basis.shape_at_vertices.T, titles, strict=False):
         scaled = shape / shape[np.abs(shape).argmax()]
         place = np.column_stack([vertices - middle, LIFT * float(size.min()) * scaled]) @ SEEN.T
-        drawn = draw_field(axes, place[triangles], scaled[triangles], "RdBu_r", (-1.0, 1.0))
+        drawn = draw_field(axes, place, cells, scaled, "RdBu_r", (-1.0, 1.0))
         axes.add_collection(LineCollection(list(place[lines]), colors="black", linewidths=0.6))
         axes.plot(*place[distance.argmin(axis=0)].T, "o", color="black", ms=2.2)
         axes.set_title(title, fontsize=8)
         axes.set_aspect("equal")
         axes.set_xlim(-1.65 * half, 1.65 * half)
         axes.set_ylim(-half, half)
-    label = "deflection over its\nlargest value, –"
-    figure.colorbar(drawn, ax=figure.axes, label=label, shrink=0.75, pad=0.02, aspect=30)
+    look: dict[str, Any] = {"shrink": 0.75, "pad": 0.02, "aspect": 30}
+    look |= {"label": "deflection over its\nlargest value, –", "ticks": MultipleLocator(0.5)}
+    figure.colorbar(drawn, ax=figure.axes, **look)
     return figure

@@ -18,10 +18,17 @@ from matplotlib.lines import Line2D
 from pidpanel.arrays import Array
 from pidpanel.report import style
 from pidpanel.report.html import Chart, ColourTable, Picture
-from pidpanel.report.layout import DASHES, LINES, WIDTH, draw_curve, figure_of_axes, frequency_axis
+from pidpanel.report.layout import (
+    DASHES,
+    LINES,
+    WIDTH,
+    add_legend,
+    draw_curve,
+    figure_of_axes,
+    frequency_axis,
+    log_scale,
+)
 from pidpanel.report.text import nominal, plain
-
-PSD_UNIT = "acceleration PSD, g²/Hz"
 
 DECADES = 9  # decades of PSD shown below the highest peak at most: a node has no lower end
 
@@ -56,18 +63,16 @@ def _legend(figure: Figure, charts: Sequence[Chart]) -> None:
             handles.setdefault(curve.label, line)
             dashed |= curve.inside is not None and not bool(curve.inside.all())
     if dashed:
-        handles["dashed: $C_e$ outside the range of its data"] = Line2D(
+        handles["dashed: Cₑ outside the range of its data"] = Line2D(
             [], [], color="#777777", lw=1.2, ls=DASHES
         )
-    columns = min(5, max(1, int(figure.get_size_inches()[0] / 1.9)))
-    figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns)
+    add_legend(figure, min(5, max(1, int(figure.get_figwidth() / 1.9))), handles)
 
 
 def charts_figure(
     charts: Sequence[Chart], *, across: int = ACROSS, width: float = WIDTH, height: float = 4.4
 ) -> Figure:
     """Draw charts in rows, those of one unit on one scale, with one legend below."""
-    across = min(across, len(charts))
     figure, grid = figure_of_axes(len(charts), across, height, 0.0, width)
     for number, (axes, chart) in enumerate(zip(grid, charts, strict=True)):
         for curve in chart.curves:
@@ -80,7 +85,7 @@ def charts_figure(
             axes.set_title(f"{chart.title}\n", loc="left", fontweight="bold")
             note = axes.text(0.0, 1.012, chart.note, va="bottom", transform=axes.transAxes)
             note.set(fontsize=7, color="#444444")
-        if number % across == 0 or chart.unit != charts[number - 1].unit:
+        if axes.get_subplotspec().is_first_col() or chart.unit != charts[number - 1].unit:
             axes.set_ylabel(chart.unit)
     _legend(figure, charts)
     return figure
@@ -88,7 +93,7 @@ def charts_figure(
 
 def _decades(axes: Axes, curves: Sequence[Array]) -> None:
     """Make y a logarithmic axis that shows curves, but at most `DECADES` of them."""
-    axes.set_yscale("log", nonpositive="mask")
+    log_scale(axes)
     axes.yaxis.set_minor_locator(ticker.NullLocator())  # too many over the decades
     axes.yaxis.set_major_locator(ticker.LogLocator(numticks=DECADES + 2))
     values = np.concatenate(curves)
@@ -97,9 +102,17 @@ def _decades(axes: Axes, curves: Sequence[Array]) -> None:
         axes.set_ylim(max(drawn.min() / 2, drawn.max() * 10.0**-DECADES), drawn.max() * 2)
 
 
-def chart_picture(name: str, charts: Sequence[Chart], caption: str = "", **size: Any) -> Picture:
+def psd_unit(point: str) -> str:
+    """Return quantity and unit of the PSD of a point."""
+    return f"acceleration PSD at point {point}, g²/Hz"
+
+
+def chart_picture(
+    name: str, charts: Sequence[Chart], caption: str = "", *, has_svg: bool = False, **size: Any
+) -> Picture:
     """Return charts with their figure, whose sizes [inch] are those of `charts_figure`."""
-    return Picture(name, style.Drawing(charts_figure, charts, **size), caption, charts)
+    drawing = style.Drawing(charts_figure, charts, **size)
+    return Picture(name, drawing, caption, charts, has_svg=has_svg)
 
 
 def reduction_tables(

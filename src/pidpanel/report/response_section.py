@@ -11,7 +11,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, response_figures, style
 from pidpanel.report.inputs import Inputs
 from pidpanel.report.names import ComparedScenarios, Scenario, layouts_of
-from pidpanel.report.response_figures import PSD_UNIT, chart_picture, nested_width
+from pidpanel.report.response_figures import chart_picture, nested_width, psd_unit
 from pidpanel.report.rms import band_rms_of, inside_of, psd_curve
 from pidpanel.report.text import number, span
 from pidpanel.response.psd_files import is_steady
@@ -22,8 +22,8 @@ READ_AT = {"patch": "the patch's own acceleration", "stated": "a stated accelera
 
 # Quantities of a damper in ``response/psd.nc``: name, label, whether on a logarithmic axis.
 QUANTITIES = (
-    ("equivalent_damping", "$C_e$, N s/m³", True),
-    ("apparent_mass", "apparent mass $m_a$, kg/m²", False),
+    ("equivalent_damping", "Cₑ, N s/m³", True),
+    ("apparent_mass", "apparent mass mₐ, kg/m²", False),
 )
 
 # Quantity in which the rows of reductions differ.
@@ -51,7 +51,7 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
     for point in points:
         curves_of = {t: psd_curves(inputs, family, group, point) for t, group in groups.items()}
         charts = [
-            html.Chart(title, frequency, PSD_UNIT, curves, notes[title])
+            html.Chart(title, frequency, psd_unit(point), curves, notes[title])
             for title, curves in curves_of.items()
         ]
         curves = list(itertools.chain.from_iterable(curves_of.values()))
@@ -124,13 +124,13 @@ def refuted(inputs: Inputs, scenarios: Sequence[Scenario]) -> str:
 def acceleration_note(inputs: Inputs, scenarios: Sequence[Scenario]) -> str:
     """Return the line under the title of the axes: at which Γ the damping was read."""
     if all(map(inputs.study.is_coupled_scenario, scenarios)):
-        return "$C_e$ at the patch's own motion"
+        return "Cₑ at the patch's own motion"
     rows = inputs.summary.drop_duplicates("scenario").set_index("scenario")
     read_at = rows["damping_read_at_g"][[scenario.label for scenario in scenarios]]
     if read_at.isna().all():
-        return "$C_e$ independent of Γ"
+        return "Cₑ independent of Γ"
     gamma = span(number(value) for value in (read_at.min(), read_at.max()))
-    return f"$C_e$ at {READ_AT[inputs.study.damping.level.kind]}, Γ = {gamma}"
+    return f"Cₑ at {READ_AT[inputs.study.damping.level.kind]}, Γ = {gamma}"
 
 
 Groups = Mapping[str, Sequence[Scenario]]  # scenarios by the title of their damping model
@@ -224,5 +224,5 @@ def _psd_picture(
         has_band = len(scenarios) == 1
         treated.append(psd_curve(inputs.psd, case_place, label, colour, width, has_band=has_band))
     frequency = inputs.psd["frequency"].to_numpy()
-    chart = html.Chart("", frequency, PSD_UNIT, [*curves, *dead, *treated])
+    chart = html.Chart("", frequency, psd_unit(point), [*curves, *dead, *treated])
     return chart_picture(name, [chart])

@@ -5,34 +5,29 @@ The colours are distinct for the common kinds of colour blindness: fills run thr
 bare panel is black throughout. Nothing is set for the process: a `Drawing` draws within `context`.
 """
 
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property, partial
-from io import BytesIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib import colors, rc_params_from_file
-from matplotlib.artist import Artist
-from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 from PIL import Image
 
 RESOLUTION = 180  # dots per inch of the PNG files
 
 BARE = "#000000"  # colour of the bare panel
 
-# Mathematics that figures write themselves; a dollar of any other text is a dollar.
-_OURS = re.compile(r"(\$(?:[CEm]_[ade]|m A\^2 \\omega\^2|\\mathdefault\{.*?\})\$)")
-
 # Colours of patches, and of anything else without an order.
 PLACES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")  # markers of lines, in addition to colours
+
+SVG_FACTS = ("Creator", "Date", "Format", "Type")  # left out of an SVG in the page
 
 _RC = rc_params_from_file(Path(__file__).with_name("pages") / "figures.mplstyle", True, False)
 
@@ -70,38 +65,6 @@ def pale(colour: str) -> str:
     return colors.to_hex(((1 + red) / 2, (1 + green) / 2, (1 + blue) / 2))
 
 
-def as_typed(text: str) -> str:
-    r"""Return a text that matplotlib draws as it is, but for the symbols of the figures.
-
-    Examples
-    --------
-    >>> as_typed("$C_e$ of $50, $x$")
-    '$C_e$ of \\$50, \\$x\\$'
-    """
-    parts = _OURS.split(text)
-    return "".join(p if n % 2 else p.replace("$", r"\$") for n, p in enumerate(parts))
-
-
-def set_as_typed(figure: Figure) -> None:
-    """Make names and titles of a study in a figure appear as they were typed.
-
-    Ticks have numbers, or names that are `as_typed` already: to ask for them makes them twice.
-    """
-
-    def texts(artist: Artist) -> Iterator[Text]:
-        for child in artist.get_children():
-            if isinstance(child, Text):
-                yield child
-            elif isinstance(child, Axis):
-                yield child.label
-            else:
-                yield from texts(child)
-
-    for text in texts(figure):
-        if "$" in text.get_text():
-            text.set_text(as_typed(text.get_text()))
-
-
 class Drawing:
     """A figure that is drawn when it is needed."""
 
@@ -114,25 +77,34 @@ class Drawing:
         with context():
             return png(self._draw())
 
-    def write(self, path: Path) -> None:
-        """Write the figure as PNG, SVG or PDF, by the end of the path."""
-        if path.suffix == ".png":
-            path.write_bytes(self.png)
-            return
-        date = {".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
+    @property
+    def svg(self) -> str:
+        """The figure as an SVG element with texts as texts."""
+        buffer = StringIO()
+        with context(), mpl.rc_context({"svg.fonttype": "none"}):
+            self._draw().savefig(buffer, format="svg", metadata=dict.fromkeys(SVG_FACTS))
+        return buffer.getvalue().partition("<svg")[2].join(["<svg", ""])
+
+    def write(self, path: Path, title: str) -> None:
+        """Write the figure below a title as PNG, SVG or PDF, by the end of the path."""
+        date = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}[path.suffix]
         with context():
             figure = self._draw()
-            set_as_typed(figure)
-            figure.savefig(path, metadata={date: None})
+            figure.text(0.0, 1.0, title, va="bottom", fontweight="bold")
+            look: dict[str, Any] = {"dpi": RESOLUTION, "bbox_inches": "tight"}
+            figure.savefig(path, metadata={date: None}, **look)
 
 
 def png(figure: Figure) -> bytes:
-    """Return the figure as PNG, the same bytes from the same numbers; texts appear as typed."""
-    set_as_typed(figure)
+    """Return the figure as PNG of at most 256 colours, the same bytes from the same numbers."""
     figure.set_dpi(RESOLUTION)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # `savefig` draws twice
-    buffer = BytesIO()
     image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    image.save(buffer, format="png", compress_level=6)  # `optimize` takes seven times as long
+    buffer = BytesIO()
+    # half the bytes and half the time of full colours
+    palette = image.quantize(method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    # the palette has 254 for white
+    palette.putpalette([255 if level > 252 else level for level in palette.getpalette() or []])
+    palette.save(buffer, format="png", compress_level=6)
     return buffer.getvalue()

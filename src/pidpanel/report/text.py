@@ -15,7 +15,7 @@ NAMES = yaml.safe_load(
 
 DECIBEL_DECIMALS = 2  # of reductions without an error [dB]
 
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUPERSCRIPT = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -30,7 +30,7 @@ def number(value: float, digits: int = 3) -> str:
         return "–"
     if value != 0 and not 1e-4 <= abs(value) < 1e5:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return _minus(mantissa) + f"·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+        return _minus(mantissa) + f"·10{str(int(exponent)).translate(SUPERSCRIPT)}"
     order = int(f"{value:.{digits - 1}e}".split("e")[1])  # of the rounded value
     return _minus(f"{value:.{max(0, digits - 1 - order)}f}")
 
@@ -53,7 +53,7 @@ def with_error(value: float, error: float) -> str:
     if largest < 1e-3:
         power = math.floor(math.log10(largest))
         scaled = with_error(value * 10.0**-power, error * 10.0**-power)
-        return f"({scaled})·10{str(power).translate(_SUPERSCRIPT)}"
+        return f"({scaled})·10{str(power).translate(SUPERSCRIPT)}"
     decimals = 1 - math.floor(math.log10(error))
     value, error = round(value, decimals), round(error, decimals)
     return f"{plain(value, max(0, decimals))} ± {error:.{max(0, decimals)}f}"
@@ -141,7 +141,7 @@ def unit(name: str) -> str:
     ('kg/m²', 'N/m', 'µm/m', '–')
     """
     name = {"microstrain": "µm/m", "1": "–"}.get(name, name)
-    return re.sub(r"(?<=[A-Za-z])\d", lambda power: power[0].translate(_SUPERSCRIPT), name)
+    return re.sub(r"(?<=[A-Za-z])\d", lambda power: power[0].translate(SUPERSCRIPT), name)
 
 
 def nominal(centre: float) -> str:

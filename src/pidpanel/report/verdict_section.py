@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import figure_of_axes
+from pidpanel.report.layout import add_legend, figure_of_axes
 from pidpanel.report.text import records
 from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, least
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
@@ -66,7 +66,7 @@ def level_figure(verdict: pd.DataFrame, points: Sequence[str], titles: Mapping[s
         axes.set_title(f"point {point}", loc="left", fontweight="bold")
         axes.set_xlabel("OASPL, dB re 20 µPa")
     panels[0].set_ylabel("g rms over the coupled run, %")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    add_legend(figure, 3)
     return figure
 
 

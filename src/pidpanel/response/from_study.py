@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import xarray as xr
+
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import read_coupled
 from pidpanel.damping.from_study import dampers_of, with_mass_of
@@ -24,7 +26,7 @@ from pidpanel.response.exports import write_exports
 from pidpanel.response.mapping import write_rms_maps
 from pidpanel.response.model_error import read_errors
 from pidpanel.response.panel import ResponsePanel, Settings, widen
-from pidpanel.response.psd_files import read_psd
+from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import Tabulation, write_tables
 from pidpanel.solve.excitation import Matrices
@@ -239,6 +241,8 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
     psd, coupled = read_psd(files.psd), files.get("coupled")
     panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
     labels = {scenario.label for scenario in study.mapped_scenarios()}
+    if not study.response.maps:
+        labels.add(quietest(study, psd))
     beds = {} if coupled is None else read_coupled(coupled)
 
     def damper_of(label: str, patch: str, name: str) -> tuple[str, Damper]:
@@ -246,6 +250,19 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
 
     mapped = [case for case in scenarios_of(study, damper_of) if case.label in labels]
     write_rms_maps(panel, mapped, psd, stamp(study), output)
+
+
+def quietest(study: Study, psd: xr.Dataset) -> str:
+    """Return the scenario with the least motion at the point where its bare panel moves most.
+
+    It is one at the level of the first bare panel, or that panel where nothing else is steady.
+    """
+    bare = study.all_scenarios()[0]
+    main = [s for s in study.all_scenarios() if s.bare.label == bare.label and study.is_main(s)]
+    steady = [bare.label, *(s.label for s in main if is_steady(psd, s.label))]
+    power = psd["acceleration_psd"].sel(scenario=steady).integrate("frequency")
+    worst = int(power.isel(scenario=0).argmax("point"))
+    return steady[int(power.isel(point=worst).argmin())]
 
 
 def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, folder: Path) -> None:

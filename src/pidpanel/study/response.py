@@ -39,7 +39,7 @@ class Response(SectionModel):
     resistance alone."""
     maps: tuple[Text, ...] = ()
     """Scenarios, by their names in summary.csv, to map over the panel; by default the first bare
-    panel."""
+    panel, and the scenario with the least motion at its worst point."""
 
     def mistakes(self) -> Iterator[Mistake]:
         if self.frequency_hz[1] <= self.frequency_hz[0]:
