@@ -42,9 +42,6 @@ def contacts(frame=(), first=(), second=(), force=(), torque=None):
     )  # fmt: skip
 
 
-NOTHING = contacts()
-
-
 def one(*motion):
     """A sphere in frames: position, velocity and further columns of `spheres`, (frames, 3) each."""
     return spheres(
@@ -52,12 +49,14 @@ def one(*motion):
     )
 
 
-def closed(spheres, pairs, touches, step, *, gravity=(0, 0, 0), acceleration=None):
-    frames = len(spheres.position)
+def closed(
+    moving, pairs=None, touches=None, step=1e-3, *, gravity=(0, 0, 0), acceleration=None,
+    planes=FLOOR, wall=STEEL,
+):  # fmt: skip
+    frames = len(moving.position)
     return balance.energy_balance(
-        spheres, pairs, touches, FLOOR, (STEEL, STEEL),
-        np.zeros(frames) if acceleration is None else acceleration,
-        np.array(gravity, float), step,
+        moving, pairs or contacts(), touches or contacts(), planes, (STEEL, wall),
+        np.zeros(frames) if acceleration is None else acceleration, np.array(gravity, float), step,
     )  # fmt: skip
 
 
@@ -86,27 +85,14 @@ def test_a_damped_hertz_collision_dissipates_the_kinetic_energy_that_is_gone():
     speed_ = np.stack(
         [np.stack([rate / 2, zero, zero], 1), np.stack([-rate / 2, zero, zero], 1)], 1
     )
-    spheres = balance.SphereFrames(
-        np.full(2, RADIUS),
-        np.full(2, MASS),
-        place,
-        speed_,
-        np.zeros_like(speed_),
-        speed_,
-        np.zeros_like(speed_),
-    )
     pushed = np.array([-force(d, r) for d, r in zip(depth, rate, strict=True)])
     (frame,) = np.nonzero(inside)
-    pairs = balance.Contacts(
-        frame, np.zeros(len(frame), int), np.ones(len(frame), int),
-        np.stack([pushed[inside], zero[inside], zero[inside]], axis=1),
-    )  # fmt: skip
+    pairs = contacts(
+        frame, 0 * frame, 0 * frame + 1, np.stack([pushed, zero, zero], axis=1)[inside]
+    )
     last = int(frame[-1]) + 2  # a frame after they have parted
-    cut = balance.SphereFrames(
-        spheres.radius, spheres.mass, place[:last], speed_[:last], np.zeros_like(speed_[:last]),
-        speed_[:last], np.zeros_like(speed_[:last]),
-    )  # fmt: skip
-    found = closed(cut, pairs, NOTHING, t[1])
+    cut = spheres(np.full(2, RADIUS), np.full(2, MASS), place[:last], speed_[:last])
+    found = closed(cut, pairs, step=t[1])
     gone = -found.kinetic_change
     assert gone > 0.1 * MASS * speed**2
     # 3000 frames over the contact, whose damping begins like δ^¼: the trapezoid is good to 1e-3
@@ -124,7 +110,7 @@ def test_friction_dissipates_force_times_way_and_no_more_than_coulomb_allows():
     for listed, acting in ((0.2 * normal, 0.2 * normal), (0.45 * normal, 0.3 * normal)):
         force = np.tile([-listed, 0.0, normal], (11, 1))
         touches = balance.Contacts(np.arange(11), np.zeros(11, int), np.zeros(11, int), force)
-        found = closed(one(place, velocity), NOTHING, touches, t[1])
+        found = closed(one(place, velocity), None, touches, t[1])
         assert found.wall_tangential == pytest.approx(acting * 0.3 * 0.01)
         assert found.wall_normal == pytest.approx(0, abs=1e-15)
 
@@ -141,12 +127,12 @@ def test_a_rolling_sphere_loses_nothing_but_its_rolling_friction():
     # of the tangential force about the centre, (0, 0, −arm) × F, and of rolling friction
     torque = np.tile([0.0, arm * 0.1 * normal - resisting, 0.0], (11, 1))
     touches = balance.Contacts(np.arange(11), np.zeros(11, int), np.zeros(11, int), force, torque)
-    spheres = one(place, velocity, spin)
-    found = closed(spheres, NOTHING, touches, t[1])
+    moving = one(place, velocity, spin)
+    found = closed(moving, None, touches, t[1])
     assert found.wall_tangential == pytest.approx(0, abs=1e-18)
     assert found.rolling == pytest.approx(resisting * speed / arm * 0.01)
     unknown = dataclasses.replace(touches, torque=None)
-    assert closed(spheres, NOTHING, unknown, t[1]).rolling == 0
+    assert closed(moving, None, unknown, t[1]).rolling == 0
 
 
 def test_work_and_weight_are_what_a_free_sphere_gains():
@@ -156,8 +142,8 @@ def test_work_and_weight_are_what_a_free_sphere_gains():
     speed = gravity * t + 50 / (2 * np.pi * 100) * (1 - np.cos(2 * np.pi * 100 * t))
     place = np.cumsum(speed) * t[1]
     zero = 0 * t
-    spheres = one(np.stack([zero, zero, place], 1), np.stack([zero, zero, speed], 1))
-    found = closed(spheres, NOTHING, NOTHING, t[1], gravity=(0, 0, gravity), acceleration=drive)
+    moving = one(np.stack([zero, zero, place], 1), np.stack([zero, zero, speed], 1))
+    found = closed(moving, step=t[1], gravity=(0, 0, gravity), acceleration=drive)
     # the place is summed up by rectangles, good to a step in two thousand
     assert found.residual == pytest.approx(0, abs=2e-3 * abs(found.work))
     assert found.dissipated == 0
@@ -185,18 +171,9 @@ def test_wall_planes_face_the_inside_of_their_own_cell(shape):
         assert 0 < distance <= 1.001 * max(packing.across_flats, packing.depth) / 2
 
 
-MODULUS = 2.85e7
+MODULUS = STEEL.effective_modulus
 WALL = elastic(2 * MODULUS, 0.5)
-SOFT = elastic(MODULUS, 0.3)
-STEP = 1e-3
-
-
-def balance_of(moving, pairs=None, touches=None, gravity=(0.0, 0.0, 0.0), planes=FLOOR):
-    frames = len(moving.position)
-    return balance.energy_balance(
-        moving, pairs or contacts(), touches or contacts(), planes, (SOFT, WALL),
-        np.zeros(frames), np.array(gravity), STEP,
-    )  # fmt: skip
+STEP = 1e-3  # of `closed`
 
 
 def hertz(relative_radius, depth, modulus=MODULUS):
@@ -213,10 +190,11 @@ def test_a_sphere_that_a_wall_stops_trades_its_kinetic_energy_for_elastic(offset
     place, velocity = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
     place[..., 2], velocity[..., 2] = offset + radius, -speed
     place[pressed, 0, 2], velocity[pressed] = offset + radius - depth, 0
-    found = balance_of(
+    found = closed(
         spheres([radius], [mass], place, velocity),
         touches=contacts([pressed], [0], [0], [0, 0, hertz(radius, depth, modulus)]),
         planes=np.array([[0.0, 0.0, 1.0, offset]]),
+        wall=WALL,
     )
     energy = 0.5 * mass * speed**2 * (1 if pressed == 2 else -1)
     assert found.elastic_change == pytest.approx(energy)
@@ -235,7 +213,7 @@ def test_two_spheres_that_have_stopped_each_other_hold_theirs():
     place = [[[0, 0, 0], [r1 + r2, 0, 0]], [[0, 0, 0], [r1 + r2 - depth, 0, 0]]]
     moving = spheres([r1, r2], [m1, m2], place, [[[v1, 0, 0], [v2, 0, 0]], np.zeros((2, 3))])
     push = [-hertz(relative, depth), 0, 0]  # on the first, away from the second
-    found = balance_of(moving, pairs=contacts([1], [0], [1], push))
+    found = closed(moving, pairs=contacts([1], [0], [1], push))
     assert found.elastic_change == pytest.approx(energy)
     assert found.residual == pytest.approx(0, abs=1e-9 * energy)
 
@@ -247,7 +225,7 @@ def test_a_sphere_that_rolls_has_seven_tenths_of_m_v_squared():
         [radius], [mass], np.zeros((2, 1, 3)), [[[0, 0, 0]], [[speed, 0, 0]]],
         [[[0, 0, 0]], [[0, speed / radius, 0]]],
     )  # fmt: skip
-    assert balance_of(moving).kinetic_change == pytest.approx(0.7 * mass * speed**2)
+    assert closed(moving).kinetic_change == pytest.approx(0.7 * mass * speed**2)
 
 
 def pair_in_touch(spin1, spin2, velocity, force, torque=None, earlier=None):
@@ -263,7 +241,7 @@ def pair_in_touch(spin1, spin2, velocity, force, torque=None, earlier=None):
     listed = contacts(
         range(3), [0] * 3, [1] * 3, [full] * 3, None if torque is None else [torque] * 3
     )
-    return balance_of(moving, pairs=listed), (r1 - depth / 2, r2 - depth / 2)
+    return closed(moving, pairs=listed), (r1 - depth / 2, r2 - depth / 2)
 
 
 def test_spheres_geared_to_each_other_rub_nothing():
@@ -328,7 +306,7 @@ def test_gravity_works_on_what_falls_and_losses_and_work_close():
     # two spheres of two masses, one moved along gravity: m g h; all parts of the sum
     place = [[[1, 2, 3.0], [0, 0, 0]], [[1, 2, 9.0], [0, 5, 0]], [[1, 2, 2.5], [0, 0.1, 0]]]
     moving = spheres([1e-3, 1e-3], [2e-6, 3e-6], place, np.zeros((3, 2, 3)))
-    found = balance_of(moving, gravity=(0.0, 1.0, -9.81))
+    found = closed(moving, gravity=(0.0, 1.0, -9.81))
     assert found.gravity_work == pytest.approx(2e-6 * 9.81 * 0.5 + 3e-6 * 0.1)
     parts = balance.EnergyBalance(1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
     assert parts.dissipated == 16 + 32 + 64 + 128 + 256
@@ -365,18 +343,12 @@ def test_a_contact_slides_at_its_limit_and_sticks_below(share, speed, slides):
     limit = 0.4 * abs(hertz - along * earlier_speed)
     listed = 0.4 * abs(push) if share is None else share * limit - across * slip
     assert (push < 0) == (speed > 1)
-    spheres = balance.SphereFrames(
-        radius=radius * one, mass=mass * one, position=np.array([[[0, 0, radius - depth]]]),
-        velocity=np.array([[[slip, 0, speed]]]), spin=np.zeros((1, 1, 3)),
-        earlier_velocity=np.array([[[earlier_slip, 0, earlier_speed]]]),
-        earlier_spin=np.zeros((1, 1, 3)),
+    moving = spheres(
+        radius * one, mass * one, [[[0, 0, radius - depth]]], [[[slip, 0, speed]]],
+        earlier=[[[earlier_slip, 0, earlier_speed]]],
     )  # fmt: skip
-    zero = np.zeros(1, int)
-    contacts = balance.Contacts(zero, zero, zero, np.array([[listed, 0, push]]))
-    floor = np.array([[0.0, 0.0, 1.0, 0.0]])
-    normal, tangential, rolling, elastic = balance.contact_losses(
-        contacts, spheres, material, floor
-    )
+    touch = contacts([0], [0], [0], [listed, 0, push])
+    normal, tangential, rolling, elastic = balance.contact_losses(touch, moving, material, FLOOR)
     acting = np.sign(listed) * limit if slides else listed + across * (slip - earlier_slip)
     assert tangential[0] == pytest.approx(-acting * slip, rel=1e-9)
     assert normal[0] == pytest.approx(along * speed * earlier_speed)

@@ -7,19 +7,12 @@ import pytest
 from pidpanel.coupon import contact
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.study.coupon_study import VariedCoupon
+from tests.coupons import with_changes
 
 
 def coupon(**changes):
-    values = {
-        "sweep": {
-            "fill_fraction": [0.3, 0.6],
-            "frequency_hz": [50, 500],
-            "acceleration_g": [5, 50],
-        }
-    }
-    for key, value in changes.items():
-        values[key] = {**values.get(key, {}), **value} if isinstance(value, dict) else value
-    return VariedCoupon.model_validate(values)
+    sweep = {"fill_fraction": [0.3, 0.6], "frequency_hz": [50, 500], "acceleration_g": [5, 50]}
+    return VariedCoupon.model_validate(with_changes({"sweep": sweep}, changes))
 
 
 def test_every_combination_is_a_case_with_a_label_of_its_own():
@@ -76,26 +69,15 @@ def test_a_run_is_the_same_run_whatever_accuracy_is_asked_of_it():
 
 
 def test_an_amplitude_of_displacement_is_the_acceleration_over_omega_squared():
-    (case,) = cases_of(
-        coupon(
-            sweep={
-                "fill_fraction": [0.5],
-                "frequency_hz": [80],
-                "acceleration_g": [],
-                "displacement_mm": [0.2],
-            }
-        )
-    )
+    sweep = {"fill_fraction": [0.5], "frequency_hz": [80], "acceleration_g": []}
+    (case,) = cases_of(coupon(sweep=sweep | {"displacement_mm": [0.2]}))
     assert case.point.drive.amplitude == pytest.approx(0.2e-3, rel=1e-12)
     assert case.point.drive.acceleration == pytest.approx(0.2e-3 * (2 * math.pi * 80) ** 2)
 
 
 def test_any_key_of_the_coupon_can_be_varied_and_becomes_a_column():
-    found = cases_of(
-        coupon(
-            vary={"particles.friction": [0.1, 0.6], "gravity_direction": [[0, 0, -1], [2, 0, 0]]}
-        )
-    )
+    vary = {"particles.friction": [0.1, 0.6], "gravity_direction": [[0, 0, -1], [2, 0, 0]]}
+    found = cases_of(coupon(vary=vary))
     assert len(found) == 4 * 8
     assert found[0].varied == {"particles.friction": 0.1, "gravity_direction": "0 0 -1"}
     last = found[-1]
@@ -230,22 +212,16 @@ def test_the_time_step_is_that_of_the_smallest_sphere_and_the_softness_of_the_la
     wide = {"distribution": {"kind": "binary", "second_mm": 1.0, "second_share": 0.5}}
     run = cases_of(coupon(particles=wide))[0].point
     assert (run.packing.sizes.smallest, run.packing.sizes.largest) == (1e-3, 2e-3)
-    assert (
-        run.time_step
-        <= 0.15
-        * contact.ElasticSphere(0.5e-3, 1190.0, run.constants.youngs_modulus, 0.35).rayleigh_time
-    )
+    smallest = contact.ElasticSphere(0.5e-3, 1190.0, run.constants.youngs_modulus, 0.35)
+    assert run.time_step <= 0.15 * smallest.rayleigh_time
 
 
 def test_a_period_is_a_whole_number_of_steps_and_of_samples():
     for case in cases_of(coupon(sweep={"frequency_hz": [37.3, 211.7, 1999.0]})):
         run = case.point
         assert run.steps_per_cycle % run.samples_per_cycle == 0
-        assert run.steps_per_cycle * run.time_step * run.drive.frequency == pytest.approx(
-            1, rel=1e-14
-        )
-        sphere = contact.ElasticSphere(1e-3, 1190.0, run.constants.youngs_modulus, 0.35)
-        assert run.time_step <= 0.15 * sphere.rayleigh_time
+        periods = run.steps_per_cycle * run.time_step * run.drive.frequency
+        assert periods == pytest.approx(1, rel=1e-14)
 
 
 def test_a_run_lasts_at_least_the_least_time():

@@ -70,45 +70,6 @@ def test_the_block_error_covers_the_error_of_a_correlated_mean(memory):
     assert 0.95 < np.mean(errors) / truth < 1.5
 
 
-def test_the_transient_is_found_where_it_ends():
-    rng = np.random.default_rng(3)
-    found = []
-    for _ in range(50):
-        series = 1 + 0.05 * rng.standard_normal(200)
-        series[:40] += 2 * np.exp(-np.arange(40) / 12)
-        found.append(cycles.transient_end(series))
-    # at 30 the surplus is 0.16, three times the noise; at 60 it is 0.01, a fifth of it
-    assert 30 <= np.median(found) <= 60
-
-
-def test_drift_is_flagged_and_steadiness_is_not():
-    rng = np.random.default_rng(5)
-    noise = 0.05 * rng.standard_normal(200)
-    assert abs(cycles.estimate(1 + noise, start=0).drift) < 3
-    assert cycles.estimate(1 + noise + np.linspace(0, 0.2, 200), start=0).drift > 3
-
-
-def locked(rng, n):
-    """A bed that lands every third cycle: what one cycle stores, the next ones give back."""
-    phase = 2 * np.pi * np.arange(n + 1) / 3
-    stored = 5 + 3 * np.sin(phase) + 0.2 * rng.standard_normal(n + 1)
-    return 1 + np.diff(stored) + 0.05 * rng.standard_normal(n), stored[1:]
-
-
-def test_what_a_bed_only_stores_takes_no_part_in_the_error():
-    rng = np.random.default_rng(11)
-    found = []
-    for _ in range(100):
-        series, stored = locked(rng, 100)
-        found.append(cycles.estimate(series, stored=stored))
-    means, errors = np.array([(one.mean, one.error) for one in found]).T
-    # the loss is 1; a tenth of the scatter of the means is their own error, from 100 tries
-    assert abs(means.mean() - 1) < 3 * means.std() / 10
-    assert errors.mean() < 0.25 * cycles.block_error(locked(rng, 100)[0])
-    # the error says what the means scatter by, from 100 tries known to 7 %
-    assert 0.8 < errors.mean() / means.std() < 2
-
-
 @pytest.mark.parametrize("count", [3, 9, 20, 37, 49, 50, 64, 203])
 def test_the_transient_ends_where_the_marginal_standard_error_is_least(count):
     # White (1997) as it stands: Σ_{i≥d}(x_i − x̄_d)²/(n − d)² of each d up to half the series,

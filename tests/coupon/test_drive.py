@@ -22,8 +22,3 @@ def test_speed_and_amplitude_are_those_of_the_motion_whose_acceleration_it_is():
     assert driven.max() == pytest.approx(50.0)
     # what is seen from the cells is driven against their own acceleration
     np.testing.assert_allclose(driven[2:-2], -inner, atol=1e-4 * tone.acceleration)
-
-
-def test_gamma_is_the_acceleration_over_standard_gravity():
-    assert Tone(100.0, 98.0665).gamma == pytest.approx(10, rel=1e-12)
-    assert Tone(62.5, 98.0665).label == "f62.5Hz_a10g"

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import attempts, film, runs
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import output
 from pidpanel.report import films
-from pidpanel.study.coupon import Coupon
+from tests.coupons import small_cases
 
 pytestmark = pytest.mark.liggghts
 
@@ -18,15 +17,9 @@ pytestmark = pytest.mark.liggghts
 def left(tmp_path_factory):
     """A run of ten cycles, and the folder in which it was left."""
     folder = tmp_path_factory.mktemp("film")
-    values = {
-        "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 2},
-        "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
-        "sweep": {"fill_fraction": [0.6], "frequency_hz": [100], "acceleration_g": [10]},
-        "accuracy": {
-            "relative_error": 0.5, "seeds": 1, "min_cycles": 10, "max_cycles": 10, "min_time_s": 0,
-        },
-    }  # fmt: skip
-    (case,) = cases_of(Coupon.model_validate(values))
+    ten = {"relative_error": 0.5, "seeds": 1, "min_cycles": 10, "max_cycles": 10, "min_time_s": 0}
+    sweep = {"fill_fraction": [0.6], "frequency_hz": [100]}
+    (case,) = small_cases(cell={"count": 2}, sweep=sweep, accuracy=ten)
     run, bed = case.runs[0], folder / "bed" / "bed.json"
     attempts.pour_packing(run.packing, folder / "packing" / "packing.json")
     attempts.loosen_bed(run.bed, folder / "packing" / "packing.json", bed)

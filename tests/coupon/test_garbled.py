@@ -1,16 +1,13 @@
-"""Whatever ran before or becomes of its checkpoint: a run has its own numbers; what none can have."""
+"""Whatever ran before or becomes of its checkpoint: a run has its own numbers."""
 
 import math
 import random
 import shutil
 
-import numpy as np
 import pytest
 
-from pidpanel.coupon import attempts, preparation, rows, summary
-from pidpanel.coupon.from_study import cases_of
-from pidpanel.coupon.liggghts import failures, output
-from pidpanel.study.coupon import Coupon
+from pidpanel.coupon import attempts, summary
+from tests.coupons import small_cases
 
 pytestmark = pytest.mark.liggghts
 
@@ -37,20 +34,15 @@ def missing(data, rng):
 # ------------------------------------------------------------------ after a run
 
 
-def case_to(cycles, gamma=20, fill=0.6):
+def case_to(cycles):
     """A case of one seed that runs so many cycles."""
-    coupon = Coupon.model_validate(
-        {
-            "cell": {"across_flats_mm": 6.35, "depth_mm": 8, "count": 1},
-            "particles": {"diameter_mm": 3, "youngs_modulus_mpa": 50},
-            "sweep": {"fill_fraction": [fill], "frequency_hz": [200], "acceleration_g": [gamma]},
-            "accuracy": {
-                "relative_error": 0.9, "seeds": 1, "min_time_s": 0,
-                "min_cycles": cycles, "max_cycles": cycles,
-            },
-        }
+    limits = {"min_time_s": 0, "min_cycles": cycles, "max_cycles": cycles}
+    (case,) = small_cases(
+        cell={"depth_mm": 8}, particles={"diameter_mm": 3},
+        sweep={"fill_fraction": [0.6], "acceleration_g": [20]},
+        accuracy={"relative_error": 0.9, "seeds": 1, **limits},
     )  # fmt: skip
-    return cases_of(coupon)[0]
+    return case
 
 
 def shake(folder, cycles):
@@ -121,10 +113,7 @@ def test_a_run_whose_checkpoint_cannot_be_read_begins_anew_to_the_same_numbers(
     own = tmp_path / "coupon"
     shutil.copytree(folder, own)
     run = case_to(24).point
-    home = {
-        "run": case_to(24).folders(own)[0],
-        "bed": own / "bed" / run.bed.label,
-    }[where]
+    home = {"run": case_to(24).folders(own)[0], "bed": own / "bed" / run.bed.label}[where]
     damage(home / name, kind)
     if where == "bed":  # it is asked for again when the run begins anew
         damage(case_to(24).folders(own)[0] / "at_18.restart", missing)
@@ -139,47 +128,3 @@ def damage(path, kind):
     path.unlink()
     if data is not None:
         path.write_bytes(data)
-
-
-# ------------------------------------------------------------------ what no motion can have
-
-
-@pytest.fixture(scope="module")
-def written(shaken):
-    """Rows of twelve cycles of a run, and the mass of its spheres."""
-    folder, *_ = shaken
-    run = case_to(12).point
-    home = case_to(12).folders(folder)[0]
-    count = len(preparation.read_bed(folder / "bed" / run.bed.label))
-    return home, run, count * run.packing.density * np.pi / 6 * run.packing.diameter**3
-
-
-@pytest.mark.parametrize(
-    ("column", "factor", "message"),
-    [
-        ("kinetic_energy", -1.0, "kinetic energy that is not positive"),
-        ("rotational_energy", -1.0, "negative energy of rotation"),
-        ("kinetic_energy", 1e-3, "more momentum than its kinetic energy allows"),
-        ("p_cos", 30.0, "more momentum than its kinetic energy allows"),
-        ("height", 1e-3, "outside the free space"),
-        ("height", 1e3, "outside the free space"),
-        ("p_sin", -1.0, "more work returned"),
-    ],
-)
-def test_a_column_that_no_motion_can_have_is_named(written, column, factor, message):
-    folder, run, mass = written
-    read = rows.read_rows(run, folder, [12], 12)
-    read = np.tile(read, (30, 1))  # what the work of a few cycles hides shows in many
-    rows.check_physics(run, read, mass, folder)
-    read[:, output.CYCLE_COLUMNS.index(column)] *= factor
-    with pytest.raises(failures.Unphysical, match=rf"cycle \d+ has .*{message}"):
-        rows.check_physics(run, read, mass, folder)
-
-
-def test_momentum_in_the_place_of_its_quadrature_gives_more_than_the_bed_had(written):
-    # p cos ωt is negative where the bed moves as a mass, so that it would be work returned
-    folder, run, mass = written
-    read = rows.read_rows(run, folder, [12], 12)
-    read = np.tile(read[:, [0, 2, 1, 3, 4, 5, 6]], (30, 1))
-    with pytest.raises(failures.Unphysical, match="more work returned"):
-        rows.check_physics(run, read, mass, folder)

@@ -28,26 +28,19 @@ from pidpanel.coupon.liggghts import failures, output
 from pidpanel.coupon.liggghts.process import Liggghts
 from pidpanel.paths import TEMPLATES
 from pidpanel.study.coupon import Coupon
+from tests.coupons import SMALL, with_changes
 
 pytestmark = pytest.mark.liggghts
 
 
 def coupon(**changes):
-    values = {
-        "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 2},
-        "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
-        "sweep": {"fill_fraction": [0.6], "frequency_hz": [100], "acceleration_g": [10]},
-        "accuracy": {
-            "relative_error": 0.5,
-            "seeds": 1,
-            "min_cycles": 10,
-            "max_cycles": 10,
-            "min_time_s": 0,
-        },
-    }
-    for key, value in changes.items():
-        values[key] = {**values.get(key, {}), **value}
-    return Coupon.model_validate(values)
+    ten = {"relative_error": 0.5, "seeds": 1, "min_cycles": 10, "max_cycles": 10, "min_time_s": 0}
+    values = with_changes(
+        SMALL,
+        {"cell": {"count": 2}, "sweep": {"fill_fraction": [0.6], "frequency_hz": [100]},
+         "accuracy": ten},
+    )  # fmt: skip
+    return Coupon.model_validate(with_changes(values, changes))
 
 
 @pytest.fixture(scope="module")
@@ -127,10 +120,8 @@ def test_the_momentum_measure_is_the_work_of_the_walls(tmp_path, bed_file):
     gravity and inertia; the shaker's power is that force times the velocity of the cells.
     """
     run = cases_of(coupon())[0].runs[0]
-    preparation.write_start(
-        tmp_path / "run", run.packing,
-        preparation.read_bed(bed_file.parent),
-    )  # fmt: skip
+    spheres = preparation.read_bed(bed_file.parent)
+    preparation.write_start(tmp_path / "run", run.packing, spheres)
     count = 10
     trace = "fix trace all ave/time 1 1 5 v_p v_inertia file trace.txt\n"
     with Liggghts(tmp_path / "run", "shake") as solver:
@@ -142,8 +133,7 @@ def test_the_momentum_measure_is_the_work_of_the_walls(tmp_path, bed_file):
     _, keep = np.unique(trace[:, 0], return_index=True)
     step, p, inertia = trace[keep].T
     pull = STANDARD_GRAVITY - inertia
-    diameters = preparation.read_bed(bed_file.parent)[:, 3]
-    mass = geometry.masses(diameters, run.packing.density).sum()
+    mass = geometry.masses(spheres[:, 3], run.packing.density).sum()
     omega = run.drive.angular_frequency
     t = step * run.time_step
     velocity = omega * run.drive.amplitude * np.cos(omega * t)
@@ -243,9 +233,8 @@ def test_a_tighter_target_goes_on_from_the_restart_and_the_looser_one_still_read
     assert json.loads((folder / "state.json").read_text()) == state
     assert again == short
     # and the two legs are one run: in one process, stopped at the same cycle, the same bits
-    (case,) = cases_of(
-        coupon(accuracy={"min_cycles": 10, "max_cycles": 15, "relative_error": 1e-6})
-    )
+    limits = {"min_cycles": 10, "max_cycles": 15, "relative_error": 1e-6}
+    (case,) = cases_of(coupon(accuracy=limits))
     attempts.shake_run(case.runs[0], case.target, bed_file, tmp_path / "one")
     whole = rows.read_rows(run, tmp_path / "one", [15], 15)
     parts = rows.read_rows(run, folder, state["legs"], 15)
@@ -326,14 +315,17 @@ def test_the_energy_of_a_run_closes_and_is_split(tmp_path, bed_file):
     assert 0.2 < row["normal_share"] < 0.8
 
 
-def test_without_friction_all_is_lost_along_the_normal(tmp_path, bed_file):
-    # walls and spheres as in the bed, only the run is frictionless
+def balance_with(folder, bed_file, **constants):
+    """Energy balance of the run with other contacts of spheres and walls than in its bed."""
     (case,) = cases_of(coupon())
-    run = dataclasses.replace(
-        case.runs[0],
-        constants=dataclasses.replace(case.runs[0].constants, friction=0.0, wall_friction=0.0),
-    )
-    found = runs.shake(run, case.target, bed_file.parent, tmp_path / "smooth").balance
+    walls = {f"wall_{name}": value for name, value in constants.items()}
+    other = dataclasses.replace(case.runs[0].constants, **constants, **walls)
+    run = dataclasses.replace(case.runs[0], constants=other)
+    return runs.shake(run, case.target, bed_file.parent, folder / "other").balance
+
+
+def test_without_friction_all_is_lost_along_the_normal(tmp_path, bed_file):
+    found = balance_with(tmp_path, bed_file, friction=0.0)
     energies = found.energies
     normal = energies.sphere_normal + energies.wall_normal
     assert abs(energies.sphere_tangential + energies.wall_tangential) < 1e-9 * normal
@@ -341,14 +333,7 @@ def test_without_friction_all_is_lost_along_the_normal(tmp_path, bed_file):
 
 
 def test_rolling_friction_has_its_place_in_the_balance(tmp_path, bed_file):
-    (case,) = cases_of(coupon())
-    run = dataclasses.replace(
-        case.runs[0],
-        constants=dataclasses.replace(
-            case.runs[0].constants, rolling_friction=0.2, wall_rolling_friction=0.2
-        ),
-    )
-    found = runs.shake(run, case.target, bed_file.parent, tmp_path / "rough").balance
+    found = balance_with(tmp_path, bed_file, rolling_friction=0.2)
     assert found.energies.rolling > 0.02 * found.energies.work
     assert abs(found.closure) < window.CLOSURE_LIMIT
 
@@ -360,16 +345,7 @@ def test_the_energy_closes_at_low_restitution_and_high_friction(
     # −0.27 and −0.16 % of the work with every step listed; −11 % at (0.34, 0.7) while contacts that
     # stick were cut back to Coulomb's limit, which LIGGGHTS does not do
     monkeypatch.setattr(window, "FRAMES_PER_CONTACT", (24,))
-    (case,) = cases_of(coupon())
-    lossy = dataclasses.replace(
-        case.runs[0].constants,
-        restitution=restitution,
-        wall_restitution=restitution,
-        friction=friction,
-        wall_friction=friction,
-    )
-    run = dataclasses.replace(case.runs[0], constants=lossy)
-    found = runs.shake(run, case.target, bed_file.parent, tmp_path / "lossy").balance
+    found = balance_with(tmp_path, bed_file, restitution=restitution, friction=friction)
     assert abs(found.closure) < 0.005
 
 

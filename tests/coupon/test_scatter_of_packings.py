@@ -24,19 +24,6 @@ def test_the_scatter_that_was_drawn_is_found(scatter, error, seeds):
     assert found == pytest.approx(scatter, rel=0.15)
 
 
-def test_pairs_then_disagree_by_as_much_as_their_errors_say():
-    # with equal errors of both seeds exactly, else nearly
-    means, errors = drawn(0.05, 0.005, cases=90, seed=3)
-    s = cycles.scatter_of_packings(means, errors)
-    z = [
-        (c[0] - c[1]) / np.sqrt((e**2 + (s * c.mean()) ** 2).sum())
-        for c, e in zip(means, errors, strict=True)
-    ]
-    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.02)
-    without = [(c[0] - c[1]) / np.hypot(*e) for c, e in zip(means, errors, strict=True)]
-    assert np.sqrt(np.mean(np.square(without))) > 5
-
-
 def test_where_errors_explain_the_scatter_there_is_none():
     means, _ = drawn(0.0, 0.02)
     assert cycles.scatter_of_packings(means, [0.05 * c for c in means]) == 0.0

@@ -8,6 +8,7 @@ from pidpanel.coupon.bed import HARD_CYCLES
 from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.records import CaseOutcome
 from pidpanel.study.coupon import Coupon
+from tests.coupons import with_changes
 
 
 def split(means, errors):
@@ -52,14 +53,6 @@ def test_a_motion_that_repeats_after_a_few_cycles_has_no_scatter():
     assert cycles.settled(np.zeros(11))[1] == np.inf
 
 
-def test_independent_rows_have_the_error_of_their_mean():
-    # within 15 %: twelve hundred blocks know their deviation to 2 %, and 100 series are averaged
-    rng = np.random.default_rng(1)
-    found = [cycles.settled(rng.normal(size=600)) for _ in range(100)]
-    stated = np.sqrt(np.mean([error**2 for _, error in found]))
-    assert np.std([mean for mean, _ in found]) == pytest.approx(stated, rel=0.15)
-
-
 def coupon(**changes):
     values = {
         "cell": {"across_flats_mm": 6.35, "depth_mm": 25, "count": 2},
@@ -70,9 +63,7 @@ def coupon(**changes):
             "state_seeds": 3, "state_cycles": 90,
         },
     }  # fmt: skip
-    for key, value in changes.items():
-        values[key] = {**values.get(key, {}), **value} if isinstance(value, dict) else value
-    return Coupon.model_validate(values)
+    return Coupon.model_validate(with_changes(values, changes))
 
 
 def test_beds_that_may_ride_or_cross_come_from_both_sides_and_have_a_reserve():

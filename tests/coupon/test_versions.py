@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import attempts, bed, packing, rows, runs, states, window
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import start_files
 from pidpanel.coupon.preparation import BED_FILE, PACKING_FILE, scattered, write_start
-from pidpanel.study.coupon import Coupon
+from tests.coupons import small_cases
 
 GOLDEN = {
     "placement_hexagon": {"version": 1, "digest": "406a8f7116d53c79"},
@@ -24,36 +23,26 @@ GOLDEN = {
         "version": 1,
         "cycles": [40, 40],
         "ended_by": "max_cycles",
-        "values": [
-            309.06997776532944,
-            21.95794598971305,
-            -0.0003343138059412845,
-            0.02586466005229933,
-        ],
+        "values": [309.06997776532944, 21.95794598971305, -0.0003343138059412845,
+                   0.02586466005229933],
         "states": 2,
         "apart": [False, True, True],
     },
     "balance": {
         "version": 2,
-        "values": [
-            1.96620151296275e-06,
-            1.3734107286373807e-06,
-            -5.875315281913472e-09,
-            -0.002988155203410618,
-        ],
+        "values": [1.96620151296275e-06, 1.3734107286373807e-06, -5.875315281913472e-09,
+                   -0.002988155203410618],
         "frames": 401,
     },
-}
+}  # fmt: skip
 
 
-def case(shape="hexagon", **accuracy):
-    cell = {"shape": shape, "across_flats_mm": 6.35, "depth_mm": 8, "count": 2}
-    particles = {"diameter_mm": 2.5, "youngs_modulus_mpa": 50, "friction": 0.3}
-    sweep = {"fill_fraction": [0.6], "frequency_hz": [100], "acceleration_g": [10]}
+def case(shape="hexagon"):
+    cell = {"shape": shape, "depth_mm": 8, "count": 2}
+    sweep = {"fill_fraction": [0.6], "frequency_hz": [100]}
     values = {"relative_error": 0.05, "seeds": 1, "min_cycles": 12, "max_cycles": 40}
-    accuracy = values | {"min_time_s": 0, "state_cycles": 0} | accuracy
-    study = {"cell": cell, "particles": particles, "sweep": sweep, "accuracy": accuracy}
-    return cases_of(Coupon.model_validate(study))[0]
+    accuracy = values | {"min_time_s": 0, "state_cycles": 0}
+    return small_cases(cell=cell, particles={"friction": 0.3}, sweep=sweep, accuracy=accuracy)[0]
 
 
 def digest(*texts):
@@ -84,21 +73,13 @@ def prepared(tmp_path_factory):
 
 
 @pytest.mark.liggghts
-def test_a_packing_is_poured_as_by_this_version(prepared):
-    found = {
-        "version": packing.POUR_VERSION,
-        "digest": digest((prepared[0] / PACKING_FILE).read_text()),
-    }
-    assert found == GOLDEN["pour"]
-
-
-@pytest.mark.liggghts
-def test_a_bed_is_shaken_loose_as_by_this_version(prepared):
-    found = {
-        "version": bed.LOOSEN_VERSION,
-        "digest": digest((prepared[1] / BED_FILE).read_text()),
-    }
-    assert found == GOLDEN["loosen"]
+def test_a_packing_is_poured_and_a_bed_shaken_loose_as_by_this_version(prepared):
+    for name, version, folder, file in (
+        ("pour", packing.POUR_VERSION, prepared[0], PACKING_FILE),
+        ("loosen", bed.LOOSEN_VERSION, prepared[1], BED_FILE),
+    ):
+        found = {"version": version, "digest": digest((folder / file).read_text())}
+        assert found == GOLDEN[name]
 
 
 @pytest.mark.liggghts

@@ -6,21 +6,13 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import window
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts.failures import LogTruncated
 from pidpanel.coupon.records import RunState
-from pidpanel.study.coupon import Coupon
+from tests.coupons import small_cases
 
 
 def test_files_that_end_at_the_same_frame_are_told(monkeypatch, tmp_path):
-    coupon = Coupon.model_validate(
-        {
-            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
-            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
-            "sweep": {"fill_fraction": [0.5], "frequency_hz": [200], "acceleration_g": [10]},
-        }
-    )
-    run = cases_of(coupon)[0].point
+    run = small_cases()[0].point
     motion = tmp_path / "spheres.bin"
     motion.touch()
 

@@ -20,26 +20,11 @@ from atlas_fit import (
 )
 
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.damping.atlas import (
-    DOF,
-    REGIMES,
-    AtlasDamping,
-    atlas_bed,
-    dimensional,
-    dimensionless,
-)
+from pidpanel.damping.atlas import DOF, REGIMES, AtlasDamping, atlas_bed, dimensional, dimensionless
 from pidpanel.damping.atlas_files import SPREAD, atlas_data, by_state, extended_atlas, read_atlas
 from pidpanel.damping.broadband import broadband_share
 from pidpanel.damping.models import DampingValues
-from pidpanel.damping.surface_cases import (
-    AXES,
-    ERROR,
-    MASS,
-    MASS_ERROR,
-    STROKE,
-    VALUE,
-    clear_gap,
-)
+from pidpanel.damping.surface_cases import AXES, ERROR, MASS, MASS_ERROR, STROKE, VALUE, clear_gap
 
 F = np.array([40.0, 150.0, 600.0, 1800.0])
 

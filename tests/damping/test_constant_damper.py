@@ -29,6 +29,7 @@ def test_a_loss_factor_is_the_energy_lost_per_cycle_over_2_pi_times_the_kinetic_
 
 
 def test_a_damper_weighs_its_apparent_mass_unless_another_is_given():
+    assert ConstantDamper(equivalent_damping=5.0).mass_per_area(0.5) == 0
     assert ConstantDamper(apparent_mass=3.0).mass_per_area(0.5) == 3
     assert ConstantDamper(apparent_mass=3.0, weight=5.0).mass_per_area(0.5) == 5
     assert ConstantDamper(apparent_mass=3.0, weight=0.0).mass_per_area(0.5) == 0
@@ -47,11 +48,8 @@ def test_its_errors_are_the_same_at_every_frequency_and_patch():
     np.testing.assert_allclose(covariance, expected)
     other = damper.cross_covariance(F, (0.5, 1.0), (0.9, 7.0))
     np.testing.assert_array_equal(other, covariance)
-    for one in (
-        damper,
-        ConstantDamper(5, relative_error=0.1),
-        ConstantDamper(apparent_mass_error=1),
-    ):
+    by_kind = ConstantDamper(5, relative_error=0.1), ConstantDamper(apparent_mass_error=1)
+    for one in (damper, *by_kind):
         assert one.nodes is not None and one.nodes.shape == (1,)
 
 
@@ -67,9 +65,3 @@ def test_the_law_has_neither_errors_nor_mass():
     assert law.nodes is None and np.isnan(law.mass_per_area(0.5))
     assert law.covariance(F, 0.5, 1.0).tolist() == np.zeros((6, 6)).tolist()
     assert law.cross_covariance(F, (0.5, 1.0), (0.7, 2.0)).shape == (6, 6)
-
-
-def test_a_dashpot_has_no_mass_unless_one_is_given():
-    dashpot = ConstantDamper(equivalent_damping=5.0)
-    assert dashpot(np.array([20.0, 50.0]), 0.5, 1.0).apparent_mass.tolist() == [0.0, 0.0]
-    assert dashpot.mass_per_area(0.5) == 0.0

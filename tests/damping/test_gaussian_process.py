@@ -79,14 +79,6 @@ def test_scatter_beyond_the_stated_errors_is_found():
     assert fit(x, seen, np.full(200, 0.01)).scatter == pytest.approx(0.3, rel=0.15)
 
 
-def test_one_value_is_enough_and_says_how_little_it_knows():
-    process = fit(np.array([[0.5, 1.0]]), np.array([2.0]), np.array([0.1]))
-    near, far = process.standard_error(np.array([[0.5, 1.0], [9.0, 9.0]]))
-    assert process.mean(np.array([[0.5, 1.0]]))[0] == pytest.approx(2.0)
-    assert near == pytest.approx(0.1, rel=0.1)
-    assert far > 1.0
-
-
 PLANE_RNG = np.random.default_rng(14)
 PLANE_POINTS = PLANE_RNG.uniform(0, 1, (16, 2)) * [3.0, 40.0]
 PLANE_ERROR = PLANE_RNG.uniform(0.1, 0.4, 16)

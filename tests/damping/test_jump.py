@@ -61,19 +61,6 @@ def test_one_case_moves_it_as_the_integral_over_all_jumps_says(away, crosses):
     np.testing.assert_allclose(found.probability(np.tile(other, (3, 1)), u), expected, atol=1e-6)
 
 
-def test_between_a_case_that_rides_and_one_that_crosses_it_rises_and_is_sure_at_both():
-    found = jump((R, GAMMA, CENTRE - 0.2, 0), (R, GAMMA, CENTRE + 0.1, 1))
-    u = CENTRE + np.linspace(-0.4, 0.4, 41)
-    p = found.probability(np.tile([R, GAMMA], (41, 1)), u)
-    assert (np.diff(p) > 0).all()
-    assert p[0] < 0.01 and p[-1] > 0.99
-    assert found.probability(np.array([[R, GAMMA]]), np.array([CENTRE - 0.2]))[0] < 0.15
-    assert found.probability(np.array([[R, GAMMA]]), np.array([CENTRE + 0.1]))[0] > 0.85
-    # a full cell at another Γ is told little by it
-    far = found.probability(np.array([[R + 2, GAMMA + 10]]), u[[20]])
-    assert far == pytest.approx(0.5, abs=0.01)
-
-
 def test_many_cases_agree_with_draws_of_the_jump():
     # draws of τ at the cases and at a further point, kept with the probability of all the sides;
     # 3 standard errors of the draws and 0.03 for the normal that stands for what is kept

@@ -48,26 +48,6 @@ def test_any_amplitude_of_a_sine_is_an_acceleration(tmp_path, name, amplitude):
     assert points[[f"measured_{C}_error", f"measured_{M}"]].isna().all(axis=None)
 
 
-def test_a_loss_factor_and_an_impedance_are_c_e_and_m_a(tmp_path):
-    # C_e = η m″ ω; Z = C_e + iω m_a
-    omega = 200 * math.pi
-    loss = points_of(
-        tmp_path,
-        "frequency_hz,acceleration_g,loss_factor,loss_factor_error,particle_mass_per_area_kg_m2\n"
-        "100,5,0.2,0.01,6\n",
-    )
-    assert loss[f"measured_{C}"].tolist() == pytest.approx([0.2 * 6 * omega])
-    assert loss[f"measured_{C}_error"].tolist() == pytest.approx([0.01 * 6 * omega])
-    parts = points_of(
-        tmp_path,
-        "frequency_hz,acceleration_g,impedance_real_n_s_m3,impedance_imag_n_s_m3,"
-        "impedance_imag_error_n_s_m3\n100,5,900,1256,63\n",
-    )
-    assert parts[f"measured_{C}"].tolist() == [900]
-    assert parts[f"measured_{M}"].tolist() == pytest.approx([1256 / omega])
-    assert parts[f"measured_{M}_error"].tolist() == pytest.approx([63 / omega])
-
-
 def test_scattered_points_are_no_table_but_can_be_measured(tmp_path):
     assert len(points_of(tmp_path, POINTS)) == 3
     with pytest.raises(ColumnsError, match="share neither amplitude nor frequency"):

@@ -32,18 +32,6 @@ def trend(groups):
     return riding_trend(CONSTANTS, coordinates(groups))
 
 
-def test_gas_and_thrown_bed_have_their_own_exponents():
-    # a bed far from the lid: η falls with Γ^q whatever the stroke; a gas: with the stroke alone
-    start = np.array([[0.3, np.log(20), np.log(1e-3), 1, -1, 1, 1.5, 0.0]])
-    more = start + 0.1 * np.eye(8)[1]
-    slope = (trend(more) - trend(start)) / 0.1
-    np.testing.assert_allclose(slope, -0.95, atol=1e-3)
-    gas = np.array([[0.3, np.log(7000), np.log(7000 * 0.2), -1, -1, 1, 1.5, 0.0]])
-    both = gas + 0.1 * np.eye(8)[[1, 2]].sum(axis=0)  # Γ alone
-    change = trend(both) - trend(gas)
-    np.testing.assert_allclose(change, 0.0, atol=1e-3)
-
-
 def test_a_gas_loses_no_more_than_the_body_that_crosses():
     # few elastic particles at L = πW: 4 m A²ω² is the most.
     gas = np.array([[0.1, np.log(7000), np.log(7000 / np.pi), -4, -1, 1, 0.0, 0.0]])

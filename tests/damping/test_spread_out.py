@@ -13,9 +13,8 @@ def test_few_points_are_all_taken():
 
 
 def test_the_first_that_is_taken_is_farthest_from_the_middle():
-    assert surface_cases.spread_out(np.array([[0.0], [1.0], [2.1], [3.0], [4.5]]), 1).tolist() == [
-        4
-    ]
+    points = np.array([[0.0], [1.0], [2.1], [3.0], [4.5]])
+    assert surface_cases.spread_out(points, 1).tolist() == [4]
 
 
 def test_points_that_are_taken_leave_none_far_away():
@@ -31,21 +30,11 @@ def test_points_that_are_taken_leave_none_far_away():
 
 def frame(count):
     rng = np.random.default_rng(3)
-    fill, f, gamma = (
-        rng.uniform(0.1, 0.9, count),
-        rng.uniform(20, 500, count),
-        rng.uniform(2, 99, count),
-    )
-    noise = np.exp(0.03 * rng.standard_normal(count))
-    return pd.DataFrame(
-        {
-            "fill_fraction": fill,
-            "frequency_hz": f,
-            "acceleration_g": gamma,
-            "equivalent_damping_n_s_m3": 9 * fill * f * gamma**-0.3 * (1 - gamma**-2) * noise,
-            "equivalent_damping_error_n_s_m3": 0.01 * fill * f,
-        }
-    )
+    fill, f, gamma = rng.uniform([[0.1], [20], [2]], [[0.9], [500], [99]], (3, count))
+    value = 9 * fill * f * gamma**-0.3 * (1 - gamma**-2)
+    value *= np.exp(0.03 * rng.standard_normal(count))
+    columns = [*surface_cases.AXES, surface_cases.VALUE, surface_cases.ERROR]
+    return pd.DataFrame(np.column_stack([fill, f, gamma, value, 0.01 * fill * f]), columns=columns)
 
 
 def test_a_surface_of_very_many_cases_is_bounded_and_reads_what_they_say(monkeypatch):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import pyuff
 
 from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
@@ -13,17 +12,17 @@ AREA, FIXTURE = 2e-3, 0.4
 DAMPING, MASS = 800.0, 5.0
 
 
-def written(path, values, unit="m/s^2", kinds=(13, 12), function=4, force="N", lines=F, even=1):
-    labels = (force, unit) if kinds[0] == 13 else (unit, force)
-    data = {
-        "type": 58, "func_type": function, "rsp_node": 1, "rsp_dir": 3, "ref_dir": 3,
-        "ref_node": 1, "data": values, "x": lines, "id1": "damper", "ordinate_spec_data_type": kinds[0],
-        "ordinate_axis_units_lab": labels[0], "orddenom_spec_data_type": kinds[1],
-        "orddenom_axis_units_lab": labels[1], "ord_data_type": 6, "abscissa_spacing": even,
-        "version_num": 1, "load_case_id": 0, "rsp_ent_name": "a", "ref_ent_name": "b",
-    }  # fmt: skip
-    pyuff.UFF(str(path)).write_sets([data], "overwrite")
-    return path
+@pytest.fixture
+def written(force_file):
+    def write(values, unit="m/s^2", kinds=(13, 12), function=4, force="N", lines=F, even=1):
+        above, below = (force, unit) if kinds[0] == 13 else (unit, force)
+        return force_file(
+            values, lines, func_type=function, abscissa_spacing=even,
+            ordinate_spec_data_type=kinds[0], ordinate_axis_units_lab=above,
+            orddenom_spec_data_type=kinds[1], orddenom_axis_units_lab=below,
+        )  # fmt: skip
+
+    return write
 
 
 def apparent_mass():
@@ -46,8 +45,8 @@ def apparent_mass():
         (1e3 / apparent_mass(), {"kinds": (12, 13), "unit": "mm/s2"}),
     ],
 )
-def test_constants_come_back(tmp_path, values, options):
-    bands = read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)
+def test_constants_come_back(written, values, options):
+    bands = read_force(written(values, **options), None, AREA, FIXTURE)
     np.testing.assert_allclose(bands.damping, DAMPING, rtol=1e-5)
     np.testing.assert_allclose(bands.mass, MASS, rtol=1e-5)
     assert (bands.damping_error < 1e-2).all()
@@ -58,19 +57,19 @@ def test_constants_come_back(tmp_path, values, options):
 def test_scatter_of_the_lines_is_the_error_of_a_band(tmp_path):
     rng = np.random.default_rng(4)
     noisy = apparent_mass() * (1 + 0.1 * rng.standard_normal(F.size))
-    bands = read_force(written(tmp_path / "a.uff", noisy), None, AREA, FIXTURE)
+    bands = read_force(written(noisy), None, AREA, FIXTURE)
     score = (bands.damping - DAMPING) / bands.damping_error
     assert 0.5 < np.sqrt(np.mean(score**2)) < 1.7
 
 
 @pytest.mark.parametrize(("first", "size"), [(-1, 0.5), (12, 300.0)])
-def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
+def test_a_band_has_the_mean_of_its_lines(written, first, size):
     bands = np.arange(first, first + 4)  # 10^(n/10) Hz, from 0.8 and 16 Hz on
     shares = np.array([-0.04, -0.02, 0.01, 0.045])
     f = 10 ** ((bands[:, None] + 10 * shares) / 10)
     damping = size * (1 + 0.1 * np.arange(16.0).reshape(4, 4) ** 0.5)
     mass = FIXTURE + AREA * (MASS - 1j * damping / (2 * np.pi * f))
-    path = written(tmp_path / "a.uff", mass.ravel(), lines=f.ravel(), even=0)
+    path = written(mass.ravel(), lines=f.ravel(), even=0)
     means = read_force(path, None, AREA, FIXTURE)
     np.testing.assert_allclose(means.frequency, f.prod(axis=1) ** 0.25, rtol=1e-5)
     np.testing.assert_allclose(means.damping, damping.sum(axis=1) / 4, rtol=1e-5)
@@ -96,6 +95,6 @@ def test_a_band_has_the_mean_of_its_lines(tmp_path, first, size):
         (apparent_mass().conj(), {}, "C_e is negative in all third octaves"),
     ],
 )
-def test_other_functions_are_refused(tmp_path, values, options, message):
+def test_other_functions_are_refused(written, values, options, message):
     with pytest.raises(ColumnsError, match=message):
-        read_force(written(tmp_path / "a.uff", values, **options), None, AREA, FIXTURE)
+        read_force(written(values, **options), None, AREA, FIXTURE)

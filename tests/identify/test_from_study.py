@@ -7,7 +7,6 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
-import pyuff
 import yaml
 
 from pidpanel.cli import main
@@ -186,15 +185,10 @@ def test_a_weak_damper_counts_and_one_without_damping_does_not():
     np.testing.assert_array_equal(measured_table(columns, tones, 0.1, 1.0).damping, [0.5, np.nan])
 
 
-def test_amplitudes_of_any_kind_are_accelerations(laboratory):
-    atlas = read_atlas()
-    table = "frequency_hz,{},equivalent_damping_n_s_m3\n80,{},413\n"
-    for column, value in (("displacement_mm", 0.77626), ("velocity_m_s", 0.39019)):
-        _, _, measured = read_measurement(laboratory(table=table.format(column, value)), atlas)
-        assert measured.tones.acceleration_g[0] == pytest.approx(20, rel=1e-3)
+def test_a_random_test_has_the_tone_of_its_rms_acceleration(laboratory):
     random = "measured: {file: tones.csv, relative_error: 0.1, acceleration_rms_g: 10}\n"
     plain = "frequency_hz,equivalent_damping_n_s_m3\n80,413\n"
-    _, specimen, measured = read_measurement(laboratory(random, plain), atlas)
+    _, specimen, measured = read_measurement(laboratory(random, plain), read_atlas())
     assert measured.tones.acceleration_g[0] == pytest.approx(14.142, rel=1e-3)
     assert measured.tones.is_broadband.all() and specimen.particle_mass is None
 
@@ -239,17 +233,9 @@ def test_particles_that_were_weighed_state_their_fill(laboratory):
     assert found.estimate(2).error < 0.03
 
 
-def test_force_over_acceleration_is_a_measurement(laboratory, tmp_path):
+def test_force_over_acceleration_is_a_measurement(laboratory, force_file):
     f = np.arange(20.0, 500.0, 2.0)
-    mass = 0.4 + 2e-3 * (5.0 - 800j / (2 * np.pi * f))
-    record = {
-        "type": 58, "func_type": 4, "rsp_node": 1, "rsp_dir": 3, "ref_dir": 3, "ref_node": 1,
-        "data": mass, "x": f, "id1": "damper", "ordinate_spec_data_type": 13,
-        "ordinate_axis_units_lab": "N", "orddenom_spec_data_type": 12,
-        "orddenom_axis_units_lab": "m/s^2", "ord_data_type": 6, "abscissa_spacing": 1,
-        "version_num": 1, "load_case_id": 0, "rsp_ent_name": "a", "ref_ent_name": "b",
-    }  # fmt: skip
-    pyuff.UFF(str(tmp_path / "frf.uff")).write_sets([record], "overwrite")
+    force_file(0.4 + 2e-3 * (5.0 - 800j / (2 * np.pi * f)), f)
     test = "fill_fraction: 0.5\nmeasured: {file: frf.uff, acceleration_g: 5, area_mm2: 2000, fixture_mass_kg: 0.4"
     _, _, measured = read_measurement(laboratory(f"{test}, relative_error: 0.05}}\n"), read_atlas())
     np.testing.assert_allclose(measured.damping, 800, rtol=1e-5)

@@ -75,12 +75,6 @@ def area(posterior):
     return np.prod(errors) * np.sqrt(1 - posterior.correlation[0, 1] ** 2)
 
 
-def test_a_tone_that_was_measured_tells_less_than_the_best(posterior, expected):
-    first = measured(*FIRST)
-    again = next_tones(ATLAS, SPECIMEN, first, posterior, first.tones, ERROR)
-    assert again["information_nat"].max() < 0.7 * expected["information_nat"].max()
-
-
 @pytest.mark.parametrize("mass", ["weighed", "of the fill", "not measured", "at one tone"])
 def test_errors_left_are_those_of_the_joint_normal_distribution(mass):
     """With precision matrices, a particle and a tone at a time."""

@@ -84,10 +84,10 @@ def shake_seeds(case: Case, target: RunTarget, folder: Path) -> list[Outcome[Sha
         shaken = [outcome.found for outcome in outcomes if outcome.found is not None]
         if len(shaken) < len(outcomes):
             return outcomes
-        damping = []
-        for (run, _, home), record in zip(seeds, shaken, strict=True):
-            read = rows.read_shaken(run, home, record)
-            damping.append(rows.estimates(run, read, record.mass_kg)[0])
+        damping = [
+            rows.estimates(run, rows.read_shaken(run, home, record), record.mass_kg)[0]
+            for (run, _, home), record in zip(seeds, shaken, strict=True)
+        ]
         k = min(range(len(shaken)), key=lambda i: shaken[i].cycles)
         done = shaken[k].cycles
         if not seeds_disagree(damping) or done >= target.max_cycles:

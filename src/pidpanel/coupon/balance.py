@@ -106,10 +106,7 @@ def _relative_velocity(contacts: Contacts, velocity: Array, spin: Array, arms: A
 
 
 def contact_losses(
-    contacts: Contacts,
-    spheres: SphereFrames,
-    material: ContactMaterial,
-    planes: Array | None,
+    contacts: Contacts, spheres: SphereFrames, material: ContactMaterial, planes: Array | None
 ) -> tuple[Array, Array, Array, Array]:
     """Return the power lost in each contact: normal, tangential, rolling [W]; 2/5 F δ [J].
 

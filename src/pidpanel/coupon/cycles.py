@@ -257,15 +257,13 @@ def scatter_by_group(
 ) -> dict[object, float]:
     """Return `scatter_of_packings` of the cases of each group, or of all where a group has few."""
 
-    def pooled_scatter(chosen: list[int]) -> tuple[float, int]:
-        pooled = [means[i] for i in chosen]
-        freedom = sum(len(c) - 1 for c in pooled)
-        return scatter_of_packings(pooled, [errors[i] for i in chosen]), freedom
+    def pooled_scatter(chosen: list[int]) -> float:
+        return scatter_of_packings([means[i] for i in chosen], [errors[i] for i in chosen])
 
     counted = [i for i in range(len(groups)) if alike[i]]
-    overall, _ = pooled_scatter(counted)
-    scatters = {}
+    overall, scatters = pooled_scatter(counted), {}
     for group in dict.fromkeys(groups):
-        s, freedom = pooled_scatter([i for i in counted if groups[i] == group])
-        scatters[group] = s if freedom >= FEWEST_FREEDOM else overall
+        own = [i for i in counted if groups[i] == group]
+        has_many = sum(len(means[i]) - 1 for i in own) >= FEWEST_FREEDOM
+        scatters[group] = pooled_scatter(own) if has_many else overall
     return scatters

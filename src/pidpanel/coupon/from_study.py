@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from pidpanel.atlas.groups import Direction
 from pidpanel.constants import LIGGGHTS_VERSION, STANDARD_GRAVITY
@@ -184,6 +184,8 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str,
     accuracy = coupon.accuracy
     stroke = _stroke_of_crossing(beds[0], drive)
     state_cycles = accuracy.state_cycles if coupon.stiffness.crossing.holds_at(stroke) else 0
+    # of beds that may have several states every other seed is shaken hard
+    is_several = state_cycles > 0 and coupon.deck is None
     runs = tuple(
         run_at(
             bed,
@@ -192,7 +194,7 @@ def _case(coupon: Coupon, beds: Sequence[Bed], drive: Tone, varied: Mapping[str,
             time_step_rayleigh=coupon.time_step_rayleigh,
             samples_per_cycle=coupon.samples_per_cycle,
             own_deck=None if coupon.deck is None else str(coupon.deck),
-            start=_start_of(coupon, bed.packing.seed) if state_cycles else "rest",
+            start="hard" if is_several and bed.packing.seed % 2 == 0 else "rest",
             deck_constants=coupon.deck_values if coupon.deck else {},
         )
         for bed in beds[: None if state_cycles else accuracy.seeds]
@@ -214,11 +216,6 @@ def _stroke_of_crossing(bed: Bed, drive: Tone) -> float:
     stroke = bed.stroke_per_gap(drive)
     along = bed.gravity * abs(bed.gravity_direction[2])
     return stroke if drive.acceleration * stroke >= 2 * along else 0.0
-
-
-def _start_of(coupon: Coupon, seed: int) -> Literal["rest", "hard"]:
-    """Return the start of a bed that may have several states: every other seed is shaken hard."""
-    return "hard" if seed % 2 == 0 and coupon.deck is None else "rest"
 
 
 def _drives(coupon: Coupon) -> Iterator[Tone]:

@@ -315,7 +315,8 @@ def write_table(cases: Sequence[Case], folder: Path, file: Path, *, coverage: fl
         summarise(case, seeds, problems, scatter)
         for case, (seeds, problems), scatter in zip(cases, seeds_of_cases, scatters, strict=True)
     ]
-    write_cases(table, Path(file))
+    # seven digits, unknown numbers empty
+    pd.DataFrame(table).to_csv(file, index=False, float_format="%.7g", lineterminator="\n")
     check_coverage(table, coverage)
 
 
@@ -330,11 +331,6 @@ def check_coverage(table: Sequence[Row], coverage: float) -> None:
             "raise coupon.accuracy.max_cycles, or lower the coverage"
         )
         raise CoverageMissed("\n".join(lines))
-
-
-def write_cases(table: Sequence[Row], file: Path) -> None:
-    """Write rows of `summarise` as ``cases.csv``: seven digits, unknown numbers empty."""
-    pd.DataFrame(table).to_csv(file, index=False, float_format="%.7g", lineterminator="\n")
 
 
 def _listed(values: Sequence[float]) -> str:

@@ -19,26 +19,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.damping import table_files
 from pidpanel.damping.broadband import EXACT, SINGLE_TONES
 from pidpanel.damping.interpolation import Interpolation, Interpolator
-from pidpanel.damping.models import (
-    NODE_STEP,
-    Damper,
-    DampingValues,
-    Point,
-    correlated_covariance,
-)
-from pidpanel.damping.table_files import (
-    FILL,
-    FREQUENCY,
-    IMAGINARY,
-    LOSS_FACTOR,
-    PARTICLE_MASS,
-    amplitude_of,
-    fill_of,
-    gamma_per_unit,
-    quantities_of,
-)
+from pidpanel.damping.models import NODE_STEP, Damper, DampingValues, Point, correlated_covariance
 
 # Largest number of nodes of the errors: the frequencies of a table, or equally spaced ones.
 MOST_NODES = 40
@@ -58,9 +42,9 @@ def impedance_of(
     mass_per_area
         Mass of the particles per area [kg/m²], for a loss factor.
     """
-    names = quantities_of(columns)
-    scale = mass_per_area * omega if names[0] == LOSS_FACTOR else 1.0
-    mass_scale = 1 / omega if names[2] == IMAGINARY else 1.0
+    names = table_files.quantities_of(columns)
+    scale = mass_per_area * omega if names[0] == table_files.LOSS_FACTOR else 1.0
+    mass_scale = 1 / omega if names[2] == table_files.IMAGINARY else 1.0
     value, error, mass, mass_error = (columns.get(name, np.zeros_like(omega)) for name in names)
     return value * scale, error * scale, mass * mass_scale, mass_error * mass_scale
 
@@ -84,9 +68,9 @@ class TableDamping(Damper):
 
     def __init__(self, columns: Mapping[str, Array], interpolation: Interpolation) -> None:
         self._columns = columns
-        frequency, fill = columns[FREQUENCY], fill_of(columns)
-        self._amplitude, amplitude = amplitude_of(columns)
-        names = quantities_of(columns)
+        frequency, fill = columns[table_files.FREQUENCY], table_files.fill_of(columns)
+        self._amplitude, amplitude = table_files.amplitude_of(columns)
+        names = table_files.quantities_of(columns)
         self._names = [name for name in names if name in columns]
         values = np.stack([columns[name] for name in self._names], axis=1)
         self._rows = Interpolator(fill, amplitude, frequency, values, interpolation)
@@ -96,8 +80,8 @@ class TableDamping(Damper):
         if any(columns[name].any() for name in names[1::2] if name in columns):
             self.nodes = _nodes(frequency)
         self._fills = np.unique(fill)
-        if PARTICLE_MASS in columns:
-            mass = columns[PARTICLE_MASS]
+        if table_files.PARTICLE_MASS in columns:
+            mass = columns[table_files.PARTICLE_MASS]
             self._masses = np.array([mass[fill == level][0] for level in self._fills])
         else:
             self._masses = np.full(len(self._fills), np.nan)
@@ -118,10 +102,10 @@ class TableDamping(Damper):
         """Return C_e, then m_a (2n,); standard errors of ln C_e, then m_a (2n,); inside (n,)."""
         frequency = np.asarray(frequency, float)
         omega = 2 * np.pi * frequency
-        fills = np.full(frequency.shape, fill if FILL in self._columns else 1.0)
+        fills = np.full(frequency.shape, fill if table_files.FILL in self._columns else 1.0)
         amplitude = np.ones_like(omega)
         if self._amplitude is not None:
-            amplitude = gamma / gamma_per_unit(self._amplitude, omega)
+            amplitude = gamma / table_files.gamma_per_unit(self._amplitude, omega)
         rows, inside = self._rows(fills, amplitude, frequency)
         named = dict(zip(self._names, rows.T, strict=True))
         damping, error, mass, mass_error = impedance_of(named, omega, self.mass_per_area(fill))
@@ -139,7 +123,7 @@ class TableDamping(Damper):
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²], linear in the fill; NaN where not given."""
-        fill = fill_fraction if FILL in self._columns else 1.0
+        fill = fill_fraction if table_files.FILL in self._columns else 1.0
         return float(np.interp(fill, self._fills, self._masses))
 
 

@@ -8,22 +8,8 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, TableRows, numbers, read_rows
-from pidpanel.measurement.universal import (
-    ACCELERATION,
-    AUTO,
-    FORCE,
-    FREQUENCY,
-    GENERAL,
-    LONE_RECORD,
-    PSD,
-    RESPONSE,
-    SPECTRUM,
-    SUFFIXES,
-    TRANSMISSIBILITY,
-    UNKNOWN,
-    RecordChoice,
-    read_function,
-)
+from pidpanel.measurement import universal
+from pidpanel.measurement.universal import LONE_RECORD, RecordChoice
 from pidpanel.spectra.acceleration_table import ACCELERATION as ACCELERATION_DENSITY
 from pidpanel.tabular import cells
 from pidpanel.tabular.cells import Label
@@ -41,7 +27,7 @@ COLUMNS = {
 }
 FREQUENCY_COLUMN, PSD_COLUMN, RATIO_COLUMN, FORCE_COLUMN = COLUMNS
 
-ANY = (UNKNOWN, GENERAL)  # data types of an axis
+ANY = (universal.UNKNOWN, universal.GENERAL)  # data types of an axis
 FUNCTIONS = {1: "a time history", 2: "an auto spectrum without a width", 3: "a cross spectrum",
              6: "a coherence", 12: "of amplitudes", 24: "a shock response spectrum"}  # fmt: skip
 
@@ -82,7 +68,7 @@ def read_measured(path: Path, choice: RecordChoice = LONE_RECORD, point: str = "
     ColumnsError
         With all faults of a file.
     """
-    if path.suffix.lower() in SUFFIXES:
+    if path.suffix.lower() in universal.SUFFIXES:
         return _checked(path, *_universal(path, choice))
     if choice != LONE_RECORD:
         message = "record, node and direction are only allowed with a universal file"
@@ -139,34 +125,35 @@ def _checked(path: Path, frequency: Array, values: Array, name: str) -> Measured
 
 def _universal(path: Path, choice: RecordChoice) -> tuple[Array, Array, str]:
     """Return frequency, PSD [g²/Hz], transmissibility or accelerance, and its column."""
-    function = read_function(path, choice)
+    function = universal.read_function(path, choice)
     kind, axes = function.kind, function.axes
     numerator, denominator = axes["ordinate"], axes["orddenom"]
-    is_ratio = kind in (RESPONSE, TRANSMISSIBILITY)
+    is_ratio = kind in (universal.RESPONSE, universal.TRANSMISSIBILITY)
     # without a unit a spectrum may be one of amplitudes or of powers
-    if kind in (AUTO, SPECTRUM) and not numerator.label:
+    if kind in (universal.AUTO, universal.SPECTRUM) and not numerator.label:
         message = f"function type {kind} must have the unit of its ordinate, per Hz"
         raise function.refusal(f"{message}; without it it may be {FUNCTIONS[kind]}")
-    if kind not in (AUTO, SPECTRUM, PSD) and not is_ratio:
+    if kind not in (universal.AUTO, universal.SPECTRUM, universal.PSD) and not is_ratio:
+        types = f"{universal.PSD}, {universal.RESPONSE} or {universal.TRANSMISSIBILITY}"
         message = "must be a power spectral density, frequency response or transmissibility, "
-        message += f"function type {PSD}, {RESPONSE} or {TRANSMISSIBILITY}"
+        message += f"function type {types}"
         raise function.refusal(f"{message}; {kind} is {FUNCTIONS.get(kind, 'another function')}")
-    if numerator.kind not in (*ANY, ACCELERATION):
+    if numerator.kind not in (*ANY, universal.ACCELERATION):
         raise function.refusal("must be an acceleration, data type 12 of the ordinate")
     magnitude = np.abs(function.values).astype(float)
-    if is_ratio and denominator.kind == FORCE:
+    if is_ratio and denominator.kind == universal.FORCE:
         unit, allowed = KILOGRAM.power(-1), "units such as m/s^2 and N, g and lbf"
         factor = function.factor(unit, "acceleration over force", allowed)
         return function.frequency, factor * magnitude, FORCE_COLUMN
     if is_ratio:
-        if denominator.kind not in (*ANY, ACCELERATION):
+        if denominator.kind not in (*ANY, universal.ACCELERATION):
             message = "must be over a force or the acceleration of the base, data type 13 or 12 of"
             raise function.refusal(f"{message} the denominator")
         factor = function.factor(
             DIMENSIONLESS, "a transmissibility", "one unit of acceleration over another"
         )
         return function.frequency, factor * magnitude, RATIO_COLUMN
-    if denominator.kind not in (*ANY, FREQUENCY):
+    if denominator.kind not in (*ANY, universal.FREQUENCY):
         raise function.refusal("must have no denominator, data type 0")
     if np.abs(function.values.imag).max() > 1e-6 * np.abs(function.values).max():
         raise function.refusal("must be real; a complex one is a cross spectrum")

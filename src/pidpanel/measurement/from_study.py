@@ -10,12 +10,7 @@ import xarray as xr
 from pidpanel.arrays import variable
 from pidpanel.base.from_study import base_labels, shakers_of
 from pidpanel.columns import ColumnsError, in_kilohertz
-from pidpanel.measurement.computed import (
-    HAMMER,
-    computed_psd,
-    point_remainder,
-    squared_accelerance,
-)
+from pidpanel.measurement.computed import HAMMER, computed_psd, point_remainder, squared_accelerance
 from pidpanel.measurement.differences import band_differences, common_range
 from pidpanel.measurement.files import COLUMNS as FILE_COLUMNS
 from pidpanel.measurement.files import FORCE_COLUMN, MeasuredPsd, read_measured

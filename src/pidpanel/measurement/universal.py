@@ -10,14 +10,7 @@ import pyuff
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.tabular.units import (
-    DIMENSIONLESS,
-    HERTZ,
-    Unit,
-    UnitError,
-    contradicts,
-    unit_of_label,
-)
+from pidpanel.tabular.units import DIMENSIONLESS, HERTZ, Unit, UnitError, contradicts, unit_of_label
 
 SUFFIXES = (".uff", ".unv", ".uf58")
 

@@ -176,10 +176,7 @@ def _may_have_values(row: Row) -> bool:
 
 
 def _with_titles(
-    rows: list[Row],
-    comments: list[tuple[int, str]],
-    separator: str,
-    labels: Mapping[str, Label],
+    rows: list[Row], comments: list[tuple[int, str]], separator: str, labels: Mapping[str, Label]
 ) -> tuple[int, list[str], list[Row]]:
     """Return line and titles of the header, and the rows below; lines above become comments."""
     if not labels:

@@ -6,22 +6,14 @@ import jinja2
 import numpy as np
 import pytest
 
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import deck, start_files
-from pidpanel.study.coupon import Coupon
+from tests.coupons import small_cases
 
 GOLDEN = Path(__file__).parent / "golden" / "shake"
 
 
 def golden_run():
-    coupon = Coupon.model_validate(
-        {
-            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
-            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
-            "sweep": {"fill_fraction": [0.5], "frequency_hz": [200], "acceleration_g": [10]},
-        }
-    )
-    return cases_of(coupon)[0].runs[0]
+    return small_cases()[0].runs[0]
 
 
 def test_the_rendered_deck_is_the_recorded_one_command_by_command():

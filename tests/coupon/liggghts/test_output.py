@@ -30,10 +30,6 @@ def test_a_whole_file_gives_the_numbers_that_stand_in_it():
     np.testing.assert_array_equal(rows, reference)
 
 
-def test_a_whole_log_is_accepted():
-    check(LOG)
-
-
 def test_a_file_cut_at_any_byte_is_refused():
     for kept in range(len(WHOLE)):
         with pytest.raises(failures.SolverFailure):

@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 
 from pidpanel.coupon import preparation
-from pidpanel.coupon.from_study import cases_of
 from pidpanel.coupon.liggghts import failures, process
 from pidpanel.coupon.liggghts.process import Liggghts
-from pidpanel.study.coupon import Coupon
+from tests.coupons import small_cases
 
 pytestmark = pytest.mark.liggghts
 
@@ -27,14 +26,7 @@ CYCLES = 3000
 @pytest.fixture
 def begun(tmp_path):
     """A run of a few spheres in one cell, its folder with its deck, and the steps of `CYCLES`."""
-    coupon = Coupon.model_validate(
-        {
-            "cell": {"across_flats_mm": 6.35, "depth_mm": 10, "count": 1},
-            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50},
-            "sweep": {"fill_fraction": [0.6], "frequency_hz": [100], "acceleration_g": [10]},
-        }
-    )
-    run = cases_of(coupon)[0].point
+    run = small_cases(sweep={"fill_fraction": [0.6], "frequency_hz": [100]})[0].point
     spheres = np.array([[0.0, 0.0, height, 2.5e-3] for height in (2e-3, 4.6e-3, 7.2e-3)])
     preparation.write_start(tmp_path / "run", run.packing, spheres)
     (tmp_path / "run" / "deck").write_text(run.deck_text())
@@ -161,27 +153,17 @@ def impatient(monkeypatch):
     return begin
 
 
-def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impatient):
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_solver_that_neither_ends_nor_goes_on_is_ended_and_named(begun, impatient, ends):
     folder, _ = begun
+    action = "its end" if ends else "'run 20'"
     with Liggghts(folder, "shake") as solver:
         solver.read_deck((folder / "deck").read_text())
         os.kill(solver._process.pid, signal.SIGSTOP)
         impatient()
-        with pytest.raises(
-            failures.RunHung, match=r"shake\.log: no output for .* s in 'run 20'; ended"
-        ):
-            solver.run(20)
+        with pytest.raises(failures.RunHung, match=f"no output for .* s in {action}; ended"):
+            solver.finish(0, 3) if ends else solver.run(20)
         assert solver._process.wait() == -signal.SIGKILL
-
-
-def test_a_solver_that_hangs_at_its_end_is_ended_and_named(begun, impatient):
-    folder, _ = begun
-    with Liggghts(folder, "shake") as solver:
-        solver.read_deck((folder / "deck").read_text())
-        os.kill(solver._process.pid, signal.SIGSTOP)
-        impatient()
-        with pytest.raises(failures.RunHung, match="in its end"):
-            solver.finish(0, 3)
 
 
 @pytest.fixture
