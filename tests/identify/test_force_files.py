@@ -54,7 +54,7 @@ def test_constants_come_back(written, values, options):
     assert 30 < bands.frequency[0] < 45 and 900 < bands.frequency[-1] < 1000
 
 
-def test_scatter_of_the_lines_is_the_error_of_a_band(tmp_path):
+def test_scatter_of_the_lines_is_the_error_of_a_band(written):
     rng = np.random.default_rng(4)
     noisy = apparent_mass() * (1 + 0.1 * rng.standard_normal(F.size))
     bands = read_force(written(noisy), None, AREA, FIXTURE)
