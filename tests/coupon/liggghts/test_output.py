@@ -82,25 +82,20 @@ def test_a_run_ended_by_sigkill_is_named():
         output.check_log(text, "shake.log", last_step=3000000, atoms=ATOMS)
 
 
-def test_lost_spheres_are_named():
-    lines = LOG.splitlines()
-    lines.append("ERROR: Lost atoms: original 8 current 7 (./src/thermo.cpp:439)")
-    with pytest.raises(failures.ParticlesLost, match="Lost atoms"):
-        check("\n".join(lines))
+MARKED = f"MARK step {STEPS * CYCLES} atoms"
 
 
-def test_a_mark_with_fewer_spheres_is_named():
-    with pytest.raises(failures.ParticlesLost, match="7 spheres of 8"):
-        check(
-            LOG.replace(
-                f"MARK step {STEPS * CYCLES} atoms 8", f"MARK step {STEPS * CYCLES} atoms 7"
-            )
-        )
-
-
-def test_too_few_insertions_are_named():
-    with pytest.raises(failures.ParticlesLost, match="Less insertions"):
-        check(LOG + "WARNING: Particle insertion: Less insertions than requested\n")
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"{LOG}ERROR: Lost atoms: original 8 current 7 (./src/thermo.cpp:439)", "Lost atoms"),
+        (f"{LOG}WARNING: Particle insertion: Less insertions than requested\n", "Less insertions"),
+        (LOG.replace(f"{MARKED} 8", f"{MARKED} 7"), "7 spheres of 8"),
+    ],
+)
+def test_lost_spheres_are_named(text, message):
+    with pytest.raises(failures.ParticlesLost, match=message):
+        check(text)
 
 
 def test_the_echo_of_a_mark_is_not_taken_for_the_mark():
