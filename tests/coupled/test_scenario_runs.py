@@ -161,12 +161,6 @@ def test_what_the_beds_weigh(runs):
         assert runs.masses(number) == pytest.approx(wanted, rel=1e-9)
 
 
-def test_the_bias_is_the_largest_of_all_patches(runs):
-    biases = [soft.bias for soft in runs.softened]
-    assert biases[0] != biases[1]
-    assert runs.bias == max(biases)
-
-
 def finished(runs, missing):
     """Leave the last checkpoint of a run 1, of whose energy a share is missing."""
     drawn = runs.drawn(1)

@@ -20,8 +20,8 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.damping.models import FilledDamper
 from pidpanel.solve.layout import AttachedDamper
-from pidpanel.solve.modal import receptances_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved_panel import MovedPanel
 from pidpanel.solve.receptances import Receptances, patch_stiffness, traces, weighted_sum
 from pidpanel.solve.search import Map, NotConverged, approach, find_motions, iterate
 
@@ -56,7 +56,8 @@ class Transfer:
             (nw, n + 1) rows of the observed motions.
         """
         coordinates = patches.coordinates(CUTOFF)
-        receptances = receptances_in_vacuum(frequency, basis, coordinates.columns, observed)
+        panel = MovedPanel(frequency, basis, None, [coordinates.columns, observed.T])
+        receptances = Receptances(*panel.receptances(0, [0, 1]))
         moved = force / basis.dynamic_stiffness(frequency)
         felt = moved @ coordinates.columns
         free = felt, moved @ observed.T
