@@ -186,16 +186,6 @@ def test_what_the_basis_leaves_out_joins_it(tmp_path):
     assert la.norm(V @ missing - expected.real) < 0.01 * la.norm(motion.remainder.real)
 
 
-def test_the_size_of_a_residual_weighs_each_coordinate_by_its_stiffness(tmp_path):
-    found = panel(tmp_path).elements
-    stiffness = found.plate.stiffness.diagonal()
-    residual = np.zeros((len(stiffness), 2), complex)
-    residual[[3, 8], 0] = 3.0, 4.0j
-    residual[[3, 8], 1] = 3.0j, 4.0j
-    expected = np.sqrt(9 / stiffness[3] + 16 / stiffness[8])
-    np.testing.assert_allclose(found._size(residual), expected)
-
-
 def test_a_symmetric_system_is_solved_where_its_pivots_fail():
     right = np.array([[1.0 + 2.0j], [3.0]])
     for small in (0.0, 1e-14):

@@ -90,11 +90,6 @@ def test_modal_force_of_the_panel_is_what_independent_quadrature_gave(
     assert diffuse_modal_force(k, panel)[i, i] == pytest.approx(expected, rel=2e-5)
 
 
-def test_radiation_efficiency_of_the_first_mode_is_0_2063(panel):
-    # four figures given
-    assert radiation_efficiency(64.90, panel) == pytest.approx(0.2063, abs=5e-5)
-
-
 def test_radiation_efficiency_of_a_panel_far_above_coincidence_tends_to_one():
     # (1,1) at kL = 66: the edges' share is of order 1/kL, 1.5 %
     quadrature = gauss_panel((30, 20), 3, [(1, 1)])
