@@ -8,7 +8,7 @@ import pytest
 from moving import APPARENT, DAMPING, WHITE, solved
 
 from pidpanel.base import random
-from pidpanel.base.random import Limit, force_slopes, interface_force_psd
+from pidpanel.base.random import force_slopes, interface_force_psd
 from pidpanel.damping.broadband import BroadbandError
 from pidpanel.response.cases import SolvedCase
 from pidpanel.solve.base_motion import TABLE_MASS, BaseExcitation
@@ -204,30 +204,6 @@ def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_mode
     assert random._errors(case, answer, undamped / 4) is None
     case.scenario.is_coupled, case.dampers = False, ()
     assert random._errors(case, answer, undamped) is None
-
-
-def test_a_linear_panel_is_solved_once_more_with_its_notches(monkeypatch):
-    inputs = []
-
-    def lowered(_solver, _frequency, psd):
-        inputs.append(psd)
-        return psd
-
-    def answer(_case, response):
-        none = np.zeros((2, 1))
-        return random.RandomResponse(response, 9 * response[:, None], none, response, None, 0.0)
-
-    monkeypatch.setattr(random, "_with_level", lowered)
-    monkeypatch.setattr(random, "solve_with", lambda solver, _: [solver])
-    monkeypatch.setattr(random, "_response", answer)
-    solver = SimpleNamespace(with_excitation=lambda psd: psd)
-    case = SolvedCase(*[None] * len(fields(SolvedCase)))
-    case = replace(case, layout=None)
-    stated = random.RandomCase(None, LINES, answer(None, np.array([0.2, 0.5])))
-    notched = random._with_notches(stated, case, solver, [Limit(0, "psd", 2.7)])
-    np.testing.assert_allclose(inputs, [[0.2, 0.3]])
-    np.testing.assert_allclose(notched.notched.absolute[:, 0], [1.8, 2.7])
-    assert notched.notches.reason.tolist() == [-1, 0]
 
 
 def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):

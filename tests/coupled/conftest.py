@@ -9,7 +9,6 @@ from pidpanel.coupled.excited_panel import ExcitedPanel
 from pidpanel.coupled.integration import Integration
 from pidpanel.coupled.scenario import RunSettings
 from pidpanel.coupon import attempts
-from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.basis import basis_of
@@ -20,22 +19,14 @@ from pidpanel.panel.shapes import panel_shapes
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.solve.excitation import ModalForce
 from pidpanel.solve.model import ModalBasis
-from pidpanel.study.coupon import Coupon
-
-COUPON = Coupon.model_validate(
-    {
-        "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
-        "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 50, "density_kg_m3": 1190},
-        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
-    }
-)
+from tests.beds import hexagons
 
 
 @pytest.fixture(scope="session")
 def bed(tmp_path_factory):
     """Eight cells half full, and their folder."""
     folder = tmp_path_factory.mktemp("bed")
-    found = bed_of(COUPON, 0.5, cells=8, seed=1)
+    found = hexagons(50)
     packing = folder / "packing" / found.packing.label / "packing.json"
     file = folder / "bed" / found.label / "bed.json"
     poured = attempts.pour_packing(found.packing, packing)

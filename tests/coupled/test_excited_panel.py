@@ -7,24 +7,12 @@ import pytest
 
 from pidpanel.coupled.scenario import CoupledScenario, SimulatedPatch
 from pidpanel.coupled.softening import RmsMotion, softened_modulus, softening_bias
-from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.models import Damper, DampingValues, FilledDamper
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.study.coupon import Coupon
+from tests.beds import hexagons
 
 STIFF = 3.3e9
-BED = bed_of(
-    Coupon.model_validate(
-        {
-            "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
-            "particles": {"diameter_mm": 2.5, "youngs_modulus_mpa": 3300, "density_kg_m3": 1190},
-            "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
-        }
-    ),
-    0.5,
-    cells=8,
-    seed=1,
-)
+BED = hexagons()
 LINES = np.linspace(40.0, 150.0, 4001)
 
 

@@ -62,15 +62,6 @@ def test_the_mass_of_the_air_makes_new_shapes():
     np.testing.assert_allclose(found.modal.natural_frequency, expected, rtol=1e-12)
 
 
-def test_the_air_adds_the_diagonal_of_its_resistance():
-    def air(frequency):
-        return 1j * (2 * np.pi * frequency)[:, None, None] * 7.0 * (np.eye(3) + 0.1)
-
-    found = loaded_shapes(PANEL, EXTENT, air).modal
-    wanted = (PANEL.damping + 7.7) / MASS
-    np.testing.assert_allclose(found.damping / found.modal_mass, wanted, rtol=1e-12)
-
-
 def test_the_air_is_that_at_the_frequency_of_each_shape():
     # held beyond the range
     modal = ModalBasis([10.0, 50.0, 120.0, 3000.0], np.ones(4), 0.01)

@@ -12,13 +12,12 @@ from pidpanel.coupled.pieces import run_identity
 from pidpanel.coupled.scenario import CoupledScenario, SimulatedPatch
 from pidpanel.coupled.scenario_runs import ScenarioRuns, _steps
 from pidpanel.coupon import records
-from pidpanel.coupon.from_study import bed_of
 from pidpanel.coupon.liggghts.deck import WALLS_FILE
 from pidpanel.coupon.liggghts.failures import EnergyNotClosed
 from pidpanel.coupon.preparation import BED_FILE
 from pidpanel.coupon.records import OK, Loosened, Outcome
 from pidpanel.solve.base_motion import BaseExcitation, inertia_of, with_translation
-from pidpanel.study.coupon import Coupon
+from tests.beds import hexagons
 
 DURATION, SETTLING = 0.5043, 0.031
 ROWS = 757  # 10 × 150 Hz × 0.5043 s = 756.45
@@ -26,19 +25,6 @@ INTERVAL = DURATION / ROWS
 SETTLED = 47
 SPHERES = {2.5: 3, 1.0: 20}
 """Of each cell, by their diameter [mm]."""
-
-
-def bed(diameter, seed):
-    coupon = Coupon.model_validate(
-        {
-            "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
-            "particles": {
-                "diameter_mm": diameter, "youngs_modulus_mpa": 3300, "density_kg_m3": 1190,
-            },
-            "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
-        }
-    )  # fmt: skip
-    return bed_of(coupon, 0.5, cells=8, seed=seed)
 
 
 def stored(found, folder, spheres):
@@ -57,7 +43,7 @@ def runs(excited, tmp_path):
     patches = []
     for name, diameter in (("middle", 2.5), ("side", 1.0)):
         # the second run has one sphere more in a cell
-        beds = tuple(bed(diameter, seed) for seed in (1, 2))
+        beds = tuple(hexagons(3300, diameter, seed) for seed in (1, 2))
         for extra, one in enumerate(beds):
             stored(one, tmp_path / "bed" / one.label, SPHERES[diameter] + extra)
         patches.append(SimulatedPatch(name, 3.3e9, beds))
@@ -159,12 +145,6 @@ def test_what_the_beds_weigh(runs):
         counts = np.array([3, 20]) + number - 1
         wanted = counts * 1190 * np.pi / 6 * np.array([2.5e-3, 1e-3]) ** 3 / area
         assert runs.masses(number) == pytest.approx(wanted, rel=1e-9)
-
-
-def test_the_bias_is_the_largest_of_all_patches(runs):
-    biases = [soft.bias for soft in runs.softened]
-    assert biases[0] != biases[1]
-    assert runs.bias == max(biases)
 
 
 def finished(runs, missing):

@@ -11,23 +11,10 @@ from pidpanel.coupled.softening import (
     softened_modulus,
     softening_bias,
 )
-from pidpanel.coupon.from_study import bed_of
-from pidpanel.study.coupon import Coupon
+from tests.beds import hexagons
 
 OWN, RADIUS, DENSITY, POISSON = 3.3e9, 1.25e-3, 1190.0, 0.35
-COUPON = Coupon.model_validate(
-    {
-        "cell": {"shape": "hexagon", "across_flats_mm": 6.35, "depth_mm": 8, "count": 2},
-        "particles": {
-            "diameter_mm": 2 * RADIUS * 1e3,
-            "youngs_modulus_mpa": OWN / 1e6,
-            "density_kg_m3": DENSITY,
-            "poissons_ratio": POISSON,
-        },
-        "sweep": {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [10]},
-    }
-)
-BED = bed_of(COUPON, 0.5, cells=8, seed=1)
+BED = hexagons(OWN / 1e6, 2 * RADIUS * 1e3, poissons_ratio=POISSON)
 LAYERS = 0.5 * 8 / 2.5
 LARGEST_BIAS, PER_LAYER, PER_OVERLAP, FASTEST = 0.02, 0.8, 1.0, 3.0
 """Measured in benchmarks/coupled.md, but for the first, which is allowed."""

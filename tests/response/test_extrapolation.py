@@ -84,12 +84,6 @@ def test_what_the_data_would_have_to_cover_is_named(damper):
     assert whole.missing == "" and not whole.weight.any()
 
 
-def test_damping_more_than_a_thousand_times_beyond_its_amplitudes_has_no_data_there(damper):
-    # the data end at 50 g
-    assert extrapolated(damper, 50e3).missing == "lab to 50000 g at 100 to 200 Hz"
-    assert extrapolated(damper, 55e3).missing.endswith(" Hz and r = 1")
-
-
 def test_the_share_is_that_of_the_change_in_mean_square():
     weight = np.where(LINES > 100, 0.5, 0.0)
     bare = np.ones((181, 2))

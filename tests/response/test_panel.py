@@ -108,7 +108,7 @@ def test_the_force_of_particles_is_the_sum_of_their_patches():
 
     found = ResponsePanel.particle_force(SimpleNamespace(basis=basis, settings=settings),
                                          {0: bed(3.0), 1: bed(5.0)})  # fmt: skip
-    np.testing.assert_allclose(found.nodes, np.geomspace(20.0, 2000.0, 25))
+    nodes = np.geomspace(20.0, 2000.0, 25)
     part = PatchParts(np.ones((1, 1)), np.array([0.01]), np.zeros((1, 2)))
-    alone = own_force_load(part, np.array([[4e-7]]), found.nodes, np.full(25, 0.25), 30.0)
-    np.testing.assert_allclose(found.load, 8 * alone, rtol=1e-12)
+    alone = own_force_load(part, np.array([[4e-7]]), nodes, np.full(25, 0.25), 30.0)
+    np.testing.assert_allclose(found(nodes), 8 * alone, rtol=1e-12)

@@ -145,15 +145,6 @@ def test_what_is_left_out_makes_the_basis_right_between_the_lines_too(panel):
         np.testing.assert_allclose(found, truth, rtol=5e-3)  # what the documents promise
 
 
-def test_what_scenarios_miss_alike_is_added_once(panel):
-    _, basis, stored = panel
-    lines = lines_to_try((30.0, HIGHEST), 1, 1)
-    one = checked(panel, basis, stored.shapes, lines, [heavy(lines)]).missing_shapes
-    alike = [heavy(lines, 2000.0, mass) for mass in (29.7, 30.0, 30.3)]
-    several = checked(panel, basis, stored.shapes, lines, alike).missing_shapes
-    assert 0 < several.shape[1] <= one.shape[1] + 2
-
-
 def test_of_every_column_no_more_than_the_remainder_is_left():
     rng = np.random.default_rng(3)
     root = rng.normal(size=(40, 40))

@@ -6,7 +6,7 @@ from solving import panel_solver, solve_bare, solve_layout
 
 from pidpanel import solve
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.response.tables import PSD_VARIABLES, cases_dataset, summary_columns
+from pidpanel.response.tables import PSD_VARIABLES, cases_dataset
 from pidpanel.solve.layout import AttachedDamper, DamperLayout, solve_with
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.model import ModalBasis, Patches, UnstableDamping
@@ -76,35 +76,6 @@ def test_a_stated_level_is_taken_as_it_is_and_the_own_one_is_told_beside():
 def test_a_level_beyond_the_run_points_is_marked():
     assert solved(one_mode(), falling, 1.0, stated=4.0).inside.all()
     assert not solved(one_mode(), falling, 1.0, stated=6.0).inside.any()
-
-
-def test_more_sound_moves_the_damping_that_depends_on_motion():
-    quiet = solved(one_mode(), falling, 1.0)
-    loud = solved(one_mode(), falling, 100.0)
-    # ten times the sound pressure, less damping: more than ten times the motion
-    assert loud.patch_acceleration_g > 10 * quiet.patch_acceleration_g
-
-
-def test_the_table_says_decibels_against_bare_and_flags_large_deflection():
-    bare = solve_bare(one_mode(), 1.0)
-    damped = solved(one_mode(), dashpot(300.0), 1.0, depends=False)
-    row = summary_columns(
-        damped, bare, thickness=0.025, power_balance_error=0.0, full=damped.response,
-        read_at_g=np.nan, patch_motion_g=1.0,
-    )  # fmt: skip
-    ratio = bare.response.acceleration_rms[0] / damped.response.acceleration_rms[0]
-    assert row["reduction_db"] == pytest.approx(20 * np.log10(ratio))
-    assert row["reduction_db"] > 0
-    assert not row["beyond_linear_plate"]
-    displacement = damped.response.displacement_rms[0]
-    thin = summary_columns(
-        damped, bare, thickness=9 * displacement, power_balance_error=0.0,
-        full=bare.response, read_at_g=np.nan, patch_motion_g=1.0,
-    )  # fmt: skip
-    assert thin["beyond_linear_plate"]
-    # the last asked beside the bare panel in place of the full form: minus the reduction
-    assert row["diagonal_form_error_db"] == pytest.approx(0.0)
-    assert thin["diagonal_form_error_db"] == pytest.approx(-row["reduction_db"])
 
 
 def test_a_scenario_without_response_is_nan_in_the_file():

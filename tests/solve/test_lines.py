@@ -65,18 +65,6 @@ def test_a_range_without_lines_is_refused(arguments, message):
         frequency_grid(*arguments)
 
 
-def test_natural_frequencies_outside_the_range_are_left_out():
-    grid = frequency_grid(50.0, 200.0, 0.1, [20.0, 100.0, 900.0])
-    assert (grid[0], grid[-1]) == (50.0, 200.0)
-    assert 100.0 in grid
-
-
-def test_a_step_below_1_hz_is_integrated_exactly():
-    grid = frequency_grid(0.2, 2.0, 0.1, jumps=[0.5])
-    psd = np.where(grid < 0.5, 3.0, 7.0)
-    assert root_mean_square(grid, psd) == pytest.approx(np.sqrt(3 * 0.3 + 7 * 1.5), rel=1e-12)
-
-
 def test_few_lines_with_the_steps_of_a_spectrum_give_rms_values_within_a_thousandth():
     # third octaves of random levels, thirty modes
     draw = np.random.default_rng(2)

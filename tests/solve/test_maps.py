@@ -2,56 +2,15 @@
 
 import numpy as np
 import pytest
-from solving import air_resistance
 
 from pidpanel.solve import stress
-from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.lines import frequency_grid
 from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
-from pidpanel.solve.modal import bare_panels
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 
 RNG = np.random.default_rng(9)
 TURNED = RNG.normal(size=(2, 3, 3))
 """Strain per curvature of plies that no symmetry helps."""
-
-
-LAYERS = stress.Layers(("top",), 0.01 * np.eye(3)[None], 1e8 * np.diag([1.0, 1.0, 0.35])[None])
-
-
-def test_a_map_holds_at_its_points_what_the_response_there_has(panel, lines):
-    # the same lines and trapezoids; what is left are the eigenvalues of D that maps drop, 5e-4
-    omega = 2 * np.pi * lines.frequency[:, None, None]
-    resistance = air_resistance(lines.frequency, lines.modal_force)
-    motion = np.random.default_rng(5).standard_normal((3, 6, len(panel.modes)))
-    motion[:, 0] = panel.points
-    sound = (lines.spectrum, lines.modal_force, 1j * omega * resistance)
-    dampers = (lines.equivalent_damping, lines.apparent_mass)
-    (bare,) = bare_panels(
-        lines.frequency, panel.basis, [panel.patches], motion, *sound, overlap_cutoff=1e-14
-    )
-    response = attach_dampers(bare, *dampers).scaled(4.0)
-    psd = stress.layer_psd(response, LAYERS)[:, :, 0]
-    expected = np.sqrt(np.trapezoid(psd, lines.frequency, axis=0))
-    _, found = modal_covariances(
-        lines.frequency,
-        panel.basis,
-        panel.patches,
-        lines.spectrum,
-        lambda f: lines.modal_force[np.searchsorted(lines.frequency, f)],
-        [(*dampers, 1.0), (*dampers, 4.0)],
-        lambda f: (1j * omega * resistance)[np.searchsorted(lines.frequency, f)],
-    )
-    points = panel.points
-    np.testing.assert_allclose(
-        rms_map(found.acceleration, points), response.acceleration_rms, rtol=1e-3
-    )
-    np.testing.assert_allclose(
-        rms_map(found.displacement, points), response.displacement_rms, rtol=1e-3
-    )
-    maps = layer_maps(found.displacement, motion[:, 1:4], LAYERS)
-    for index, name in enumerate(stress.QUANTITIES):
-        np.testing.assert_allclose(maps[name][0], expected[:, index], rtol=1e-3)
 
 
 def test_maps_of_a_layer_without_symmetry_are_means_of_squares():

@@ -137,12 +137,6 @@ def test_mean_coherence_is_that_of_the_distance_of_two_points(ratio):
     assert float(mean_coherence(ratio, 1.0)) == pytest.approx(wanted, rel=1e-5)
 
 
-def test_mean_coherence_of_many_parts_is_that_of_each():
-    side = np.array([0.1, 0.2, 0.4])
-    found = mean_coherence(side, 0.2)
-    assert found == pytest.approx([float(mean_coherence(one, 0.2)) for one in side])
-
-
 def test_loads_between_nodes_are_linear_over_the_logarithm():
     # and held beyond
     nodes, load = np.array([100.0, 400.0, 800.0]), np.array([1.0, 3.0, 7.0])[:, None, None]

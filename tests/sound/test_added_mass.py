@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import quad
 
 from pidpanel.sound.radiation import _rest, tabulate_added_mass
-from pidpanel.sound.wavenumber_table import FieldError
 from pidpanel.verification.sound import SIDES, sine_panel
 
 MODES = [(1, 1), (2, 1), (3, 2), (9, 1)]
@@ -59,11 +58,6 @@ def test_added_mass_is_symmetric_and_does_not_couple_even_with_odd(table):
     np.testing.assert_allclose(static, static.T, atol=1e-16)
     assert abs(static[0, 1]) < 1e-12 * static[0, 0]
     assert np.linalg.eigvalsh(static)[0] > 0
-
-
-def test_what_cannot_be_integrated_is_refused_by_name():
-    with pytest.raises(FieldError, match="use smaller elements"):
-        tabulate_added_mass(36.0, sine_panel(MODES, (6, 4)))
 
 
 def test_beyond_the_last_wavenumber_the_sum_falls_with_a_power():

@@ -78,11 +78,6 @@ def test_the_mean_square_is_the_integral(ends):
     assert spectrum.oaspl == pytest.approx(overall)
 
 
-def test_a_slope_of_minus_one_has_a_logarithm():
-    pink = BreakPoints(np.array([10.0, 100.0]), np.array([1.0, 0.1]))
-    assert pink.mean_square(10, 100) == pytest.approx(10 * np.log(10))
-
-
 def test_nothing_is_extrapolated():
     with pytest.raises(SpectrumError, match="the rows reach from 50 to 2000 Hz"):
         pressure_psd(Spectrum(POINTS), [49.0])
@@ -118,9 +113,3 @@ def test_each_row_that_is_wrong_is_named_by_its_line(tmp_path, rows, lines):
         read_spectrum(written(tmp_path / "psd.csv", *rows))
     named = [int(fault.partition("line ")[2].partition(":")[0]) for fault in error.value.faults]
     assert named == lines
-
-
-def test_two_rows_are_a_spectrum(tmp_path):
-    path = tmp_path / "psd.csv"
-    path.write_text("frequency_hz,psd_pa2_hz\n20,0.5\n2000,0.5\n")
-    assert read_spectrum(path).points.mean_square(20, 2000) == pytest.approx(990)

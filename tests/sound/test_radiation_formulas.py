@@ -53,6 +53,9 @@ def test_the_air_on_a_disc_is_that_of_a_baffled_piston(tables, sides):
     expected = sides * 2j * np.pi * FREQUENCY * piston(FREQUENCY)
     np.testing.assert_allclose(found.real, expected.real, rtol=1e-8)
     np.testing.assert_allclose(found.imag, expected.imag, rtol=1e-8)
+    # without mass the resistance is left
+    light = Air(DENSITY, SPEED, sides, tables[0], None)(FREQUENCY)[:, 0, 0]
+    np.testing.assert_array_equal(light, 1j * found.imag)
 
 
 def test_air_weighs_on_a_slow_disc_as_8_3_rho_a_cubed(tables):

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -187,18 +188,15 @@ def _with_notches(
         change = np.abs(np.log(lowered.psd / response.input)).max()
         if change < SETTLED:
             break
-        excitation = _with_level(solver, frequency, lowered.psd)
-        notched_solver = solver.with_excitation(excitation)
+
+        def level(f: Array, psd: Array = lowered.psd) -> Array:
+            return np.interp(f, frequency, psd)
+
+        base = cast(BaseExcitation, solver.excitation)
+        notched_solver = solver.with_excitation(replace(base, level=level))
         (answer,) = solve_with(notched_solver, [case.layout])
         response = _response(replace(case, solver=notched_solver, response=answer), steady(answer))
     return replace(random, notched=response, notches=lowered)
-
-
-def _with_level(solver: PanelSolver, frequency: Array, psd: Array) -> BaseExcitation:
-    excitation = solver.excitation
-    if not isinstance(excitation, BaseExcitation):
-        raise TypeError("the panel is not under base motion")
-    return replace(excitation, level=lambda f: np.interp(f, frequency, psd))
 
 
 def _response(case: SolvedCase, response: LayoutResponse) -> RandomResponse:
@@ -265,13 +263,10 @@ def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> Standar
 
 def force_slopes(solver: PanelSolver, response: LayoutResponse, force: Array) -> FurtherPsd:
     """Return how ln of the PSD of the force (nf,) follows C_e and m_a, by central differences."""
-    excitation, panel, patches = solver.excitation, solver.panel, response.patches.tolist()
-    if not isinstance(excitation, BaseExcitation):
-        raise TypeError("the panel is not under base motion")
-    f, observed = panel.frequency, panel.points[-1]
-    transfer = Transfer.of_panel(
-        f, panel.basis, panel.patches.subset(patches), excitation.force, observed
-    )
+    panel, patches = solver.panel, response.patches.tolist()
+    f, carriers = panel.frequency, panel.patches.subset(patches)
+    base = cast(BaseExcitation, solver.excitation)
+    transfer = Transfer.of_panel(f, panel.basis, carriers, base.force, panel.points[-1])
 
     def log_psd(damping: Array, mass: Array) -> Array:
         stiffness = patch_stiffness(f, damping, mass)

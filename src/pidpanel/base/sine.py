@@ -20,8 +20,8 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes, Flags
 from pidpanel.damping.models import FilledDamper
 from pidpanel.solve.layout import AttachedDamper
-from pidpanel.solve.modal import receptances_in_vacuum
 from pidpanel.solve.model import ModalBasis, Patches
+from pidpanel.solve.moved_panel import MovedPanel
 from pidpanel.solve.receptances import Receptances, patch_stiffness, traces, weighted_sum
 from pidpanel.solve.search import Map, NotConverged, approach, find_motions, iterate
 
@@ -56,7 +56,8 @@ class Transfer:
             (nw, n + 1) rows of the observed motions.
         """
         coordinates = patches.coordinates(CUTOFF)
-        receptances = receptances_in_vacuum(frequency, basis, coordinates.columns, observed)
+        panel = MovedPanel(frequency, basis, None, [coordinates.columns, observed.T])
+        receptances = Receptances(*panel.receptances(0, [0, 1]))
         moved = force / basis.dynamic_stiffness(frequency)
         felt = moved @ coordinates.columns
         free = felt, moved @ observed.T
@@ -99,33 +100,31 @@ class SineSweep:
     residual: Array  # (nf,) largest |ln(Γ_out/Γ)|
 
 
-class _Damping:
-    """s of all loads over Γ, on the lines of a sweep."""
+def _stiffness_of(
+    dampers: Sequence[AttachedDamper],
+    frequency: Array,
+    amplitude_g: float,
+    stated_g: float | None,
+) -> Callable[[int, Array], Complexes]:
+    """Return s (n_loads, 1) of all loads as a function of a line of a sweep and of ln Γ."""
+    log_grid = np.log(amplitude_g * np.geomspace(*RANGE, GRID))
+    table = np.empty((len(dampers), GRID, frequency.size), np.complex128)
+    for damper, values in zip(dampers, table, strict=True):
+        follows = damper.depends_on_acceleration and stated_g is None
+        gammas = np.exp(log_grid) if follows else [stated_g or np.nan]
+        for index, gamma in enumerate(gammas):
+            damping, mass, _ = damper.damping(frequency, float(gamma))
+            values[index:] = patch_stiffness(frequency, damping[None], mass[None])
 
-    def __init__(
-        self,
-        dampers: Sequence[AttachedDamper],
-        frequency: Array,
-        amplitude_g: float,
-        stated_g: float | None,
-    ) -> None:
-        self._log = np.log(amplitude_g * np.geomspace(*RANGE, GRID))
-        self._values = np.empty((len(dampers), GRID, frequency.size), np.complex128)
-        for damper, values in zip(dampers, self._values, strict=True):
-            follows = damper.depends_on_acceleration and stated_g is None
-            gammas = np.exp(self._log) if follows else [stated_g or np.nan]
-            for index, gamma in enumerate(gammas):
-                damping, mass, _ = damper.damping(frequency, float(gamma))
-                values[index:] = patch_stiffness(frequency, damping[None], mass[None])
-
-    def stiffness_at(self, line: int, log_gamma: Array) -> Complexes:
-        """Return s (n_loads, 1) on a line."""
-        place = np.interp(log_gamma, self._log, np.arange(GRID))
+    def stiffness(line: int, log_gamma: Array) -> Complexes:
+        place = np.interp(log_gamma, log_grid, np.arange(GRID))
         low = np.minimum(place.astype(int), GRID - 2)
         part = (place - low)[:, None]
-        dampers = np.arange(len(log_gamma))
-        lower, upper = self._values[dampers, low, line], self._values[dampers, low + 1, line]
+        number = np.arange(len(log_gamma))
+        lower, upper = table[number, low, line], table[number, low + 1, line]
         return (1 - part) * lower[:, None] + part * upper[:, None]
+
+    return stiffness
 
 
 def sweep(
@@ -151,14 +150,14 @@ def sweep(
     gamma, residual = np.full((count, size), np.nan), np.zeros(size)
     stiffness = np.zeros((count, size), np.complex128)
     if count:
-        damping = _Damping(dampers, transfer.frequency, amplitude_g, stated_g)
+        stiffness_at = _stiffness_of(dampers, transfer.frequency, amplitude_g, stated_g)
         x = np.full(count, np.log(amplitude_g))
         lines = range(size - 1, -1, -1) if down else range(size)
         for number, line in enumerate(lines):
 
             def outcome(log_gamma: Array, line: int = line) -> Array:
                 """Return the ln Γ that a ln Γ leads to."""
-                line_stiffness = damping.stiffness_at(line, log_gamma)
+                line_stiffness = stiffness_at(line, log_gamma)
                 (ratio,) = transfer.patch_acceleration(slice(line, line + 1), line_stiffness)
                 return np.log(amplitude_g * ratio)
 
@@ -168,7 +167,7 @@ def sweep(
                 x = followed
             else:  # the motion that was followed has ended
                 x, residual[line] = _other_motion(outcome, x)
-            gamma[:, line], stiffness[:, line] = np.exp(x), damping.stiffness_at(line, x)[:, 0]
+            gamma[:, line], stiffness[:, line] = np.exp(x), stiffness_at(line, x)[:, 0]
     return SineSweep(transfer.motions(stiffness), stiffness, gamma, residual)
 
 

@@ -12,6 +12,7 @@ from pidpanel.damping.models import FilledDamper
 from pidpanel.optimise.reduced_panel import JointPanel, ReducedPanel
 from pidpanel.solve.layout import sine_accelerations_g
 from pidpanel.solve.receptances import patch_stiffness
+from pidpanel.solve.source import interpolated_load
 
 MOTIONS = 16  # Γ at which a damping model is tabulated; linear in ln Γ between them
 
@@ -70,9 +71,9 @@ def _frozen(panel: ReducedPanel, fillings: Sequence[FilledDamper], factor: float
         table = np.array([patch_stiffness(panel.frequency, *read) for read in reads])
         motion = bare
         for _ in range(ROUNDS):
-            frozen = _interpolated(nodes, table, motion)
+            frozen = interpolated_load(motion, nodes, table).astype(np.complex64)
             motion = np.sqrt(motion * _motion(panel, index, frozen, factor))
-        stiffness.append(_interpolated(nodes, table, motion))
+        stiffness.append(interpolated_load(motion, nodes, table).astype(np.complex64))
     return np.concatenate(stiffness)
 
 
@@ -81,11 +82,3 @@ def _motion(panel: ReducedPanel, places: Index, stiffness: Complexes, factor: fl
     empty = np.zeros((0, panel.frequency.size), np.complex64)
     square = panel.additions((), empty, places, stiffness).patch_mean_square
     return sine_accelerations_g(np.sqrt(factor * square))
-
-
-def _interpolated(nodes: Array, table: Complexes, motion: Array) -> Complexes:
-    """Return the rows of a table (n_nodes, nf) at Γ (n,), linear in ln Γ."""
-    place = np.interp(np.log(motion), np.log(nodes), np.arange(len(nodes)))
-    lower = np.minimum(place.astype(int), len(nodes) - 2)
-    share = (place - lower)[:, None]
-    return np.asarray((1 - share) * table[lower] + share * table[lower + 1], np.complex64)

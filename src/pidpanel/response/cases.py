@@ -171,7 +171,12 @@ def plan_cases(
             masses = tuple((carrier, damper.mass_per_area) for carrier, damper in loads)
             if dead_weight and np.isfinite([mass for _, mass in masses]).all():
                 dead = (masses, scenario.factor)
-                layouts.setdefault(dead, _dead_weight(masses, scenario.factor))
+                undamped = [
+                    (carrier, FilledDamper("", ConstantDamper(apparent_mass=mass)))
+                    for carrier, mass in masses
+                ]
+                weight = DamperLayout(attached(undamped), scenario.factor, with_motion=False)
+                layouts.setdefault(dead, weight)
         rows.append((scenario, loads, key, bare, dead))
     return CasePlan(rows, layouts)
 
@@ -272,9 +277,3 @@ def steady(response: LayoutResponse | UnstableDamping) -> LayoutResponse:
     if isinstance(response, UnstableDamping):
         raise response
     return response
-
-
-def _dead_weight(masses: Sequence[tuple[int, float]], factor: float) -> DamperLayout:
-    """Return the layout of masses that do not damp."""
-    loads = [(carrier, FilledDamper("", ConstantDamper(apparent_mass=m))) for carrier, m in masses]
-    return DamperLayout(attached(loads), factor, with_motion=False)

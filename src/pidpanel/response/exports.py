@@ -202,7 +202,11 @@ def write_exports(
         write_csv(folder / f"psd_{label}.csv", _psd_columns(case, frequency, points), 7)
         if not scenario.is_bare:
             in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
-            dampers = {name: _damping_of(case.sel(patch=name)) for name in scenario.patches}
+            damping, mass = case["equivalent_damping"], case["apparent_mass"]
+            dampers = {
+                name: (damping.sel(patch=name).to_numpy(), mass.sel(patch=name).to_numpy())
+                for name in scenario.patches
+            }
             path, mesh = folder / f"dampers_{label}.bdf", (basis.vertex_position, basis.cells)
             write_bushes(path, f"{title}: {label}", frequency, dampers, *mesh, in_patch)
     bands = _write_curves(frequency, curves, title, basis.point_position, folder)
@@ -263,10 +267,6 @@ def _write_curves(
     write_tabrnd1(folder / "tabrnd1.bdf", frequency, curves, title)
     write_uff58(folder / "psd.uff", frequency, curves, title, position)
     return third_octave_rows(frequency, curves)
-
-
-def _damping_of(case: xr.Dataset) -> tuple[Array, Array]:
-    return case["equivalent_damping"].to_numpy(), case["apparent_mass"].to_numpy()
 
 
 def _psd_columns(dataset: xr.Dataset, frequency: Array, points: Sequence[str]) -> pd.DataFrame:

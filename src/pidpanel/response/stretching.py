@@ -25,11 +25,6 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def is_beyond_linear(response: LayoutResponse, thickness: float) -> bool:
-    """Return whether the displacement of any point exceeds `LINEAR` of the thickness [m]."""
-    return bool((response.response.displacement_rms > LINEAR * thickness).any())
-
-
 class StretchedCases:
     """The stretched motion of all cases that need it, and of their bare panels."""
 
@@ -48,7 +43,8 @@ class StretchedCases:
         for case in cases:
             response = case.response
             if not isinstance(response, LayoutResponse) or not any(
-                is_beyond_linear(answer, thickness) for answer in (response, case.bare)
+                (answer.response.displacement_rms > LINEAR * thickness).any()
+                for answer in (response, case.bare)
             ):
                 continue
             bare: Hashable = case.layout.factor

@@ -227,14 +227,6 @@ def _by_point(psd: Complexes, n_points: int, m: int) -> Complexes:
     return np.moveaxis(np.diagonal(blocks, axis1=1, axis2=3), -1, 1)
 
 
-def receptances_in_vacuum(
-    frequency: Array, basis: ModalBasis, felt: Array, observed: Array
-) -> Receptances:
-    """Return R of motions felt, columns (n, r), and observed, rows (nw, n), in vacuum."""
-    moved = MovedPanel(frequency, basis, None, [felt, observed.T])
-    return Receptances(*moved.receptances(0, [0, 1]))
-
-
 def patch_motions_in_vacuum(
     frequency: Array, basis: ModalBasis, patches: Patches, spectrum: Array, modal_force: MatrixInput
 ) -> Array:

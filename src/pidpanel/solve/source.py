@@ -10,8 +10,10 @@ of each cell, 1 − c, is independent. On the modes that is
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.geometry.plane_mesh import cell_areas
@@ -116,18 +118,18 @@ def _mean_between(offset: Array, side: Array, length: float) -> Array:
     return np.einsum("...uv,u,v->...", np.exp(-distance / length), w, w)
 
 
-def interpolated_load(frequency: Array, nodes: Array, load: Array) -> Array:
-    """Return values (nf, n, n) from those at nodes (k, n, n); linear in ln f.
+def interpolated_load(frequency: Array, nodes: Array, load: NDArray[Any]) -> NDArray[Any]:
+    """Return values (nf, …) from those at nodes (k, …); linear in ln f, or in ln Γ.
 
     Parameters
     ----------
     frequency, nodes
         (nf,) and (k,) rising [Hz]; values are constant beyond the nodes.
     load
-        (k, n, n) at the nodes.
+        (k, …) at the nodes.
     """
     place = np.interp(np.log(frequency), np.log(nodes), np.arange(len(nodes)))
     lower = place.astype(int)
     upper = np.minimum(lower + 1, len(nodes) - 1)
-    share = (place - lower)[:, None, None]
+    share = (place - lower).reshape(-1, *[1] * (load.ndim - 1))
     return np.asarray((1 - share) * load[lower] + share * load[upper])
