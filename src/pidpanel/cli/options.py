@@ -21,11 +21,6 @@ FOLDER = click.Path(file_okay=False, path_type=Path)
 class Command(click.Command):
     """A command with its help as it is written."""
 
-    def __init__(self, *args: Any, **settings: Any) -> None:
-        names = {"max_content_width": 100, "help_option_names": ["-h", "--help"]}
-        settings["context_settings"] = {**names, **(settings.get("context_settings") or {})}
-        super().__init__(*args, **settings)
-
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write(f"\n{textwrap.indent(inspect.cleandoc(self.help or ''), '  ')}\n")
 
