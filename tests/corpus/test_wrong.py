@@ -145,6 +145,7 @@ def test_a_cell_has_one_fill_and_may_lie_under_a_blanket(tmp_path):
         "B": {"centre_m": [0.75, 0.55], "size_m": [0.2, 0.2]},
     }
     study = {key: study[key] for key in ("dampers", "panel", "sound")}
+    study["response"] = {"frequency_hz": [30, 400]}
     filled = {"damper": "lab", "fill_fraction": 0.5}
     study["scenarios"] = {"both": {"layout": {"A": filled, "B": {"damper": "foil"}}}}
     checked_study(written(tmp_path, study).path)

@@ -22,7 +22,8 @@ STAGE_OF = {
 
 # A rule that failed and its log, in the log of Snakemake
 _FAILED = re.compile(
-    r"^Error in rule (\w+):\n(?:(?!Error in rule| +log: ).*\n)* +log: (.*?)(?: \(check log file.*)?$",
+    r"^Error in rule (\w+):\n(?:(?!Error in rule| +log: ).*\n)* +log: (.*?)"
+    r"(?: \(check log file.*)?$",
     re.MULTILINE,
 )
 

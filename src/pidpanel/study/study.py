@@ -104,7 +104,9 @@ class Study(CouponStudy):
             yield from mistakes
             return
         yield from requirements.mistakes_of_labels(self)
-        yield from requirements.mistakes_of_optimise(self)
+        if self.optimise is not None:
+            mistakes = list(requirements.mistakes_of_optimise(self.optimise, self))
+            yield from (mistake.prefix("optimise") for mistake in mistakes)
         yield from requirements.mistakes_of_atlas(self)
         yield from requirements.mistakes_of_measurements(self)
         yield from requirements.mistakes_of_claims(self)
