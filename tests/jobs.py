@@ -33,8 +33,7 @@ RESPONSE = {
 
 def files(paths):
     """Named files from a path or a list of paths by each name; None is left out."""
-    several = {name: p if isinstance(p, list) else [p] for name, p in paths.items() if p}
-    return Files({name: [Path(path) for path in many] for name, many in several.items()})
+    return Files({name: path for name, path in paths.items() if path})
 
 
 class Named(dict):
@@ -53,7 +52,8 @@ def call(name, study, input, output, *, params=None):
         config={"file": study},
     )
     read = load_any_study(study) if study else None
-    with mock.patch("pidpanel.job.started", lambda _: nullcontext(read)):
+    begun = read, Files(given.input), Files(given.output)
+    with mock.patch("pidpanel.job.started", lambda _: nullcontext(begun)):
         runpy.run_path(str(SCRIPTS / f"{name}.py"), {"snakemake": given})
 
 

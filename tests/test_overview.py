@@ -9,8 +9,9 @@ import pytest
 
 from pidpanel import Model
 from pidpanel.check import checked_study
-from pidpanel.cli.study_overview import all_cases, overview, solve
+from pidpanel.cli.study_overview import overview, solve
 from pidpanel.coupled.from_study import check_modes, estimated_cpu_seconds
+from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.modes import normal_modes
 from pidpanel.report.templates import environment
@@ -71,7 +72,7 @@ def test_the_surroundings_are_named_and_what_others_change(tmp_path):
 
 def test_cases_that_are_there_take_no_time(tmp_path):
     study = checked_study(STUDIES / "coupon_friction.yaml")
-    cases = all_cases(study)
+    cases = list(distinct_cases(study).values())
     for count, expected in ((1, "11 of 12 coupon cases"), (len(cases), "")):
         for case in cases[:count]:
             path = case.outcome_file(tmp_path / "coupon")
@@ -181,14 +182,16 @@ def test_a_large_mesh_is_solved_on_a_coarser_one_that_is_near(monkeypatch):
     ("key", "value", "message"),
     [
         ("panel.damping_ratio", 0.3, "panel.damping_ratio = 0.3 is 30 %; bare panels have 0.001 to 0.1, and 0.3 % would be 0.003"),
-        ("dampers.heavy.equivalent_damping_n_s_m3", 0.03, "dampers.heavy.equivalent_damping_n_s_m3 = 0.03 does nothing; it is per area"),
+        ("dampers.paper.equivalent_damping_n_s_m3", 0.03, "dampers.paper.equivalent_damping_n_s_m3 = 0.03 does nothing; it is per area"),
     ],
 )  # fmt: skip
 def test_an_allowed_value_that_was_most_likely_meant_otherwise_is_named(
     tmp_path, key, value, message
 ):
-    base = Path(__file__).parent / "corpus" / "bases" / "design.yaml"
-    model = Model(base).changed({"dampers.heavy.equivalent_damping_n_s_m3": 0})
+    scenarios = {"one": {"patch": "PID-1", "damper": "paper"}}
+    model = Model("smoke.yaml").changed(
+        {"dampers": {"paper": {"equivalent_damping_n_s_m3": 0}}, "scenarios": scenarios}
+    )
     assert "unusual" not in overview(model.study, tmp_path)
     (line,) = (
         t

@@ -386,6 +386,4 @@ RMS = {
 
 def _of_mapping(values: Mapping[str, Any], folder: Path) -> Study | CouponStudy:
     """Return the study that a mapping is, checked like that of a file."""
-    return checked_study(
-        Document.of_values({"name": "notebook", **values}, folder / "notebook.yaml")
-    )
+    return checked_study(Document(folder / "notebook.yaml", "", {"name": "notebook", **values}))

@@ -38,12 +38,13 @@ NOT_LOADED = ("failed to map segment", "cannot allocate memory", "Cannot allocat
 
 @contextlib.contextmanager
 def started(snakemake: Any) -> Iterator[Any]:
-    """Write to the log of a job, and give its study; known failures end it with one line there.
+    """Write to the log of a job; give its study and files; known failures end it with one line.
 
     An error of a class of pidpanel, or of the machine, is printed as one line; any other keeps its
     traceback. The job ends when Snakemake does, however that ends.
     """
     from pidpanel.progress import CORES
+    from pidpanel.provenance.files import Files
 
     log = os.open(str(snakemake.log), os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
     os.dup2(log, sys.stderr.fileno())
@@ -53,7 +54,8 @@ def started(snakemake: Any) -> Iterator[Any]:
     keep_memory()
     try:
         # packed, so that nothing of it is imported before this module
-        yield pickle.loads(snakemake.config["study"])
+        study = pickle.loads(snakemake.config["study"])
+        yield study, Files(snakemake.input), Files(snakemake.output)
     except KeyboardInterrupt:  # who pressed Ctrl-C knows why
         sys.exit(130)
     except Exception as error:

@@ -1,23 +1,27 @@
 """Responses with damping from the atlas: no runs, the study's own coupon, C_e as under sound."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import yaml
 
 from pidpanel import Model
 from pidpanel.damping.broadband import broadband_share
+from pidpanel.paths import STUDIES
+from pidpanel.study.writing import values_of
 
-BASE = Path(__file__).parents[1] / "corpus" / "bases"
 POINT = {"fill_fraction": 0.5, "frequency_hz": [120.0, 380.0], "acceleration_g": 20.0}
 
 
 @pytest.fixture(scope="module")
 def model():
-    study = yaml.safe_load((BASE / "atlas.yaml").read_text())
+    study = values_of(STUDIES / "smoke.yaml")
+    cell = {"across_flats_mm": 6.35, "depth_mm": 25}
+    study["dampers"] = {
+        "acrylic": {"cell": cell, "particles": {"diameter_mm": 2}, "model": "atlas"}
+    }
+    study["sound"] = {"spectrum": study["sound"]["spectrum"]}
+    study["scenarios"] = {"place": {"patch": "PID-1", "fill_fraction": 0.5}}
     study["base"] = {"sine": {"acceleration_g": 1.0, "frequency_hz": [100, 400]}}
-    return Model(study, BASE)
+    return Model(study)
 
 
 def test_a_coupon_answers_without_a_run(model):

@@ -84,13 +84,6 @@ def test_only_the_patches_of_coupled_beds_are_integrated(loaded):
     assert {bed.fill_fraction for patch in scenario.patches for bed in patch.beds} == {0.5}
 
 
-def test_the_diagonal_form_is_refused(refusal):
-    found = values()
-    found["response"]["modal_damping"] = "diagonal"
-    message = "dampers.acrylic.model = coupled: coupled is only allowed with "
-    assert told(refusal, found) == [f"{message}response.modal_damping: full"]
-
-
 def test_simulated_tones_beside_a_coupled_bed_are_refused(refusal):
     found = with_pot(values())
     found["dampers"]["tones"] = {"like": "acrylic", "model": "tones"}
@@ -101,31 +94,8 @@ def test_simulated_tones_beside_a_coupled_bed_are_refused(refusal):
     )
 
 
-def test_a_damper_that_is_not_there_is_told_as_without_coupled_runs(refusal):
-    found = with_pot(values(), damper="gold")
-    message = "scenarios.both.layout.left.damper = gold: must be one of dampers: acrylic, pot"
-    assert told(refusal, found) == [message]
-
-
 def test_a_bare_panel_has_nothing_to_be_integrated_with(loaded):
     assert not loaded(values() | {"scenarios": {}}).is_coupled
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("seeds", 4, "damping.coupled.seeds = 4: unknown key"),
-        ("relative_error", 0, "damping.coupled.relative_error = 0: must be above 0"),
-        ("runs", 0, "damping.coupled.runs = 0: must be from 1 to 100"),
-        ("cells", 1, "damping.coupled.cells = 1: must be from 2 to 200"),
-        ("cells", 12, "damping.coupled.cells = 12: must be a multiple of stations = 8"),
-        ("duration_s", 0.01, "damping.coupled.duration_s = 0.01: must be from 0.1 to 100"),
-        ("scenarios", ["one"], "damping.coupled.scenarios = [one]: was removed; every scenario"),
-    ],
-)  # fmt: skip
-def test_a_key_of_coupled_runs_that_does_not_fit_is_told(refusal, key, value, message):
-    (line,) = told(refusal, values(**{key: value}))
-    assert line.startswith(message)
 
 
 def test_settings_of_coupled_runs_need_a_coupled_bed(loaded, refusal):

@@ -7,6 +7,7 @@ import yaml
 
 from pidpanel.study import StudyError, load_any_study, load_study
 from pidpanel.study.document import Document
+from pidpanel.study.loader import Content
 
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 BED = yaml.safe_load((STUDIES / "smoke.yaml").read_text())["dampers"]["acrylic"]
@@ -27,10 +28,20 @@ def refused(tmp_path, text):
         ("", "mine.yaml: is empty; must be a mapping with keys such as name, coupon, panel"),
         ("- 1", "mine.yaml: must be a mapping with keys such as name, coupon, panel"),
         ("a: [1,", "mine.yaml:1: not YAML: a list or a mapping is not closed"),
+        ("a: [1\n", "mine.yaml:1: not YAML: a list is not closed"),
+        ("a: 'b\n", "mine.yaml:1: not YAML: a quote is not closed"),
+        ("a:\n\tb: 1\n", "mine.yaml:2: not YAML: a tab"),
+        ("a: b: c\n", "mine.yaml:1: not YAML: a ':' within a value"),
+        ("a:\n  b: 1\n c: 1\n", "mine.yaml:3: not YAML: the indentation differs"),
+        ("a: 1\n---\nb: 1\n", "mine.yaml:2: not YAML: a second document"),
+        ("a: !!python/object/apply:os.system [ls]", "mine.yaml:1: not YAML: the tag !!python"),
         ("a: 1\nb: *c\n", "mine.yaml:2: not YAML: found undefined alias 'c'"),
         ("a: 1\n[b, c]: 1\n", "mine.yaml:2: not YAML: a key must be text"),
+        ("a: {<<: 1}\n", "mine.yaml:1: not YAML: << must be a mapping or a list of mappings"),
         ("a: \x01", "mine.yaml: not YAML: the character U+0001 is not allowed"),
+        ('a: "\\ud800"', "mine.yaml:1: not YAML: the character U+D800 is not allowed"),
         (b"a: \xe4", "mine.yaml:1: must be text in UTF-8; the byte 0xe4 is ä in Latin-1"),
+        ("a: ä".encode("utf-16"), "mine.yaml: must be text in UTF-8; it is in UTF-16"),
     ],
 )  # fmt: skip
 def test_what_is_no_mapping_is_refused_in_one_line(tmp_path, text, message):
@@ -140,3 +151,41 @@ def test_of_several_merged_mappings_the_first_counts(tmp_path, text, expected):
     path = tmp_path / "merged.yaml"
     path.write_text(f"x-a: &a {{x: 1, y: 2, z: 3}}\nx-b: &b {{x: 10, z: 30}}\nc:\n  {text}\n")
     assert Document(path).data == {"c": expected}
+
+
+def test_every_number_is_read_as_yaml_1_2_has_it():
+    text = "a: [1, -1, +1, 0, 1.5, 1e3, 1.e-3, .5, -.inf, 010, 0x1, 1_0, 1:2, on, y, 2024-01-01]"
+    found = Content(text).data["a"]
+    assert found == [1, -1, 1, 0, 1.5, 1000.0, 1e-3, 0.5, float("-inf"), "010", "0x1", "1_0",
+                     "1:2", "on", "y", "2024-01-01"]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("title: 2026-02-30", "2026-02-30"),
+        ("title: 1.50", "1.50"),
+        ("title: 'a: {b} # c'", "a: {b} # c"),
+        ("title: !!str 7", "7"),
+        ("%YAML 1.2\n---\ntitle: 007", "007"),
+        ("x-t: &t {title: mine}\n<<: *t", "mine"),
+    ],
+)
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_a_text_is_that_of_the_file_whatever_it_could_mean(tmp_path, text, value, end):
+    path = tmp_path / "mine.yaml"
+    path.write_bytes(f"\ufeff{text}\ncoupon: {{}}\n".replace("\n", end).encode())
+    assert load_any_study(path).title == value
+
+
+@pytest.mark.parametrize(("name", "better"), [
+    ("my study.yaml", "my_study"),
+    ("größe.yaml", "groe"),
+    ("coupon.yaml", "coupon_study"),
+    ("$(touch x).yaml", "touch_x"),
+])  # fmt: skip
+def test_a_file_whose_name_cannot_be_that_of_the_study_is_told_what_to_do(tmp_path, name, better):
+    path = tmp_path / name
+    path.write_text("coupon: {}")
+    with pytest.raises(StudyError, match=f"name: missing; .*; such as name: {better}$"):
+        load_any_study(path)

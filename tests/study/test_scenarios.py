@@ -158,39 +158,3 @@ def test_coupons_share_their_cases_and_a_shared_one_is_as_accurate_as_both_ask(l
     left = [case for label, case in found["acrylic"].items() if label not in shared]
     assert {case.relative_error for case in left} == {0.25}
     assert len(distinct_cases(study)) == 12
-
-
-STEEL = "must be one of dampers: acrylic, pot, law"
-REFUSED = [
-    (f"{LAYOUT}.PID-1.damper", "acrilic", f"{LAYOUT}.PID-1.damper = acrilic: {STEEL}; did you mean acrylic?"),
-    (f"{LAYOUT}.PID-1.damper", None, f"{LAYOUT}.PID-1.damper: missing; {STEEL}"),
-    ("scenarios.fill.damper", "gold", f"scenarios.fill.damper = gold: {STEEL}"),
-    (f"{LAYOUT}.PID-3", {"damper": "pot"}, f"{LAYOUT}.PID-3 = {{damper: pot}}: must be one of panel.patches: PID-1, PID-2; did you mean PID-"),
-    (f"{LAYOUT}.PID-1.fill_fraction", 0.9, f"{LAYOUT}.PID-1.fill_fraction = 0.9: must be in the range of dampers.acrylic.sweep, 0.4 to 0.8"),
-    (f"{LAYOUT}.PID-1.fill_fraction", 1.2, f"{LAYOUT}.PID-1.fill_fraction = 1.2: must be from 0.02 to 1"),
-    (f"{LAYOUT}.PID-1.fill_fraction", None, f"{LAYOUT}.PID-1.fill_fraction: missing; required for the particles of acrylic"),
-    (f"{LAYOUT}.PID-2.damper", "law", f"{LAYOUT}.PID-2.fill_fraction: missing; required for the law of law"),
-    (f"{LAYOUT}.PID-1.filling", 0.5, f"{LAYOUT}.PID-1.filling = 0.5: unknown key; did you mean fill_fraction?"),
-    ("scenarios.fill.fill_fraction", [0.1, 0.5], "scenarios.fill.fill_fraction[0] = 0.1: must be in the range of dampers.acrylic.sweep, 0.4 to 0.8"),
-    ("scenarios.both.layout", {}, "scenarios.both.layout = {}: must have at least 1 value, not 0"),
-    ("scenarios.both.patch", "PID-1", "scenarios.both.patch = PID-1: unknown key; allowed are layout, oaspl_db, title"),
-    ("scenarios.bare_150dB", {"layout": {"PID-1": {"damper": "pot"}}}, "scenarios.bare_150dB = {layout: {PID-1: {damper: pot}}}: two scenarios would have the name bare_150dB; give the layout another name"),
-    ("dampers.two{kinds", {"law": "paper_corrected"}, "dampers.two{kinds = {law: paper_corrected}: must have a name of up to 80 letters"),
-    ("damping.readings", ["dem"], "damping.readings = [dem]: was removed; each damper has its model, such as dampers: {acrylic: {cell: …, particles: …, model: coupled}}"),
-    ("coupon", {"gravity_g": 1}, "coupon = {gravity_g: 1}: only in a study of the coupon alone; with a panel its keys are those of a damper"),
-    ("scenarios.place.damper", ["pot", "pot"], "scenarios.place.damper = [pot, pot]: must not contain a damper twice"),
-    ("scenarios.place.damper", ["pot", "gold"], "scenarios.place.damper[1] = gold: must be one of dampers"),
-    ("scenarios.place.damper", [], "scenarios.place.damper = []: must have at least 1 value, not 0"),
-    ("scenarios.fill.damper", ["acrylic", "pot"], "scenarios.fill.fill_fraction = [0.4, 0.8]: not allowed: the equivalent_damping_n_s_m3 of pot does not depend on the fill fraction"),
-    ("scenarios.place.fill_fraction", [0.4, 0.8], "fill_fraction: [0.4, 0.…: only one of patch, fill_fraction and oaspl_db may be a list, not 2"),
-    ("damping.level", {"by": "element", "kind": "stated", "acceleration_g": 5}, "damping.level.by = element: only allowed for kind: patch; a stated acceleration holds for all elements"),
-    ("dampers.acrylic.vary", {"gravity_g": [0, 1]}, "dampers.acrylic.vary = {gravity_g: [0, 1]}: only in a study of the coupon alone"),
-    ("dampers", None, "there are no dampers"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("key", "value", "message"), REFUSED)
-def test_a_mistake_in_dampers_and_layouts_is_told_in_one_line(refusal, key, value, message):
-    lines, _ = refusal(changed((key, value)))
-    assert any(message in line.removeprefix("mine.yaml:") for line in lines), lines
-    assert key == "dampers" or len(lines) == 1, lines

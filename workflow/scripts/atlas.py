@@ -3,5 +3,5 @@
 from pidpanel import job
 from pidpanel.coupon.from_study import write_atlas
 
-with job.started(snakemake) as study:
-    write_atlas(study, snakemake.input.cases, snakemake.output.atlas)
+with job.started(snakemake) as (study, files, output):
+    write_atlas(study, files.cases, output.atlas)

@@ -2,8 +2,6 @@
 
 from pidpanel import job
 from pidpanel.base.from_study import write_base_export
-from pidpanel.provenance.files import Files
 
-with job.started(snakemake) as study:
-    files, folder = Files.from_names(snakemake.input), Files.from_names(snakemake.output).folder
-    write_base_export(study, files.modes, files.psd, files.summary, folder)
+with job.started(snakemake) as (study, files, output):
+    write_base_export(study, files.modes, files.psd, files.summary, output.folder)

@@ -2,7 +2,6 @@
 
 from pidpanel import job
 from pidpanel.coupled.from_study import write_coupled
-from pidpanel.provenance.files import Files
 
-with job.started(snakemake) as study:
-    write_coupled(study, snakemake.input.estimates, Files.from_names(snakemake.output))
+with job.started(snakemake) as (study, files, output):
+    write_coupled(study, files.several("estimates"), output)

@@ -3,6 +3,5 @@
 from pidpanel import job
 from pidpanel.report.from_study import write_coupon_page
 
-with job.started(snakemake) as study:
-    cases, output = snakemake.input.cases, snakemake.output
-    write_coupon_page(study, snakemake.config["file"], cases, output.page, output.figures)
+with job.started(snakemake) as (study, files, output):
+    write_coupon_page(study, snakemake.config["file"], files.cases, output.page, output.figures)

@@ -6,6 +6,6 @@ from pidpanel.paths import COUPON
 from pidpanel.provenance.digests import stamp
 from pidpanel.report.films import write_film
 
-with job.started(snakemake) as study:
+with job.started(snakemake) as (study, files, output):
     cases = cases_by_coupon(study)[snakemake.params.damper]
-    write_film(cases, stamp(study), snakemake.input.cases, COUPON, snakemake.output.film)
+    write_film(cases, stamp(study), files.cases, COUPON, output.film)

@@ -2,7 +2,6 @@
 
 from pidpanel import job
 from pidpanel.panel.from_study import write_panel
-from pidpanel.provenance.files import Files
 
-with job.started(snakemake) as study:
-    write_panel(study, Files.from_names(snakemake.output))
+with job.started(snakemake) as (study, _, output):
+    write_panel(study, output)

@@ -2,8 +2,7 @@
 
 from pidpanel import job
 from pidpanel.panel.files import read_basis
-from pidpanel.provenance.files import Files
 from pidpanel.sound.from_study import write_sound
 
-with job.started(snakemake) as study:
-    write_sound(study, read_basis(snakemake.input.modes), Files.from_names(snakemake.output))
+with job.started(snakemake) as (study, files, output):
+    write_sound(study, read_basis(files.modes), output)

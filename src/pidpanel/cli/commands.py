@@ -37,7 +37,10 @@ Exit codes:
   130  stopped by Ctrl-C; the same command resumes"""
 
 
-@click.group(cls=Commands, no_args_is_help=False, epilog=EPILOG)
+SETTINGS = {"max_content_width": 100, "help_option_names": ["-h", "--help"]}
+
+
+@click.group(cls=Commands, no_args_is_help=False, epilog=EPILOG, context_settings=SETTINGS)
 @click.version_option(package_name="pidpanel", message="%(prog)s %(version)s")
 @click.pass_context
 def pidpanel(context: click.Context) -> None:
@@ -210,10 +213,10 @@ def status(file: Path, directory: Path) -> int:
     left = {} if is_done else jobs_left(file, directory)
     runs = is_running(directory)
     failed = [] if runs else progress.failed(directory, study.name, left)
-    cases = progress.cases_of(study, results / "coupon")
     state = "running" if runs else "complete" if not left else "not complete"
     lines = [f"{study.name}: {state}; {(results / study.name).absolute()}"]
-    lines += [f"cases: {cases}"] if cases.total else []
+    if cases := progress.case_line(study, results / "coupon"):
+        lines.append(f"cases: {cases}")
     print(*lines, *progress.stages(study, left), *failed, sep="\n")
     if not runs:
         print_next(file, directory, "run" if left else "report --open")

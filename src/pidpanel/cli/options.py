@@ -21,11 +21,6 @@ FOLDER = click.Path(file_okay=False, path_type=Path)
 class Command(click.Command):
     """A command with its help as it is written."""
 
-    def __init__(self, *args: Any, **settings: Any) -> None:
-        names = {"max_content_width": 100, "help_option_names": ["-h", "--help"]}
-        settings["context_settings"] = {**names, **(settings.get("context_settings") or {})}
-        super().__init__(*args, **settings)
-
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write(f"\n{textwrap.indent(inspect.cleandoc(self.help or ''), '  ')}\n")
 
@@ -63,13 +58,6 @@ class Numbers(click.ParamType):
         return numbers
 
 
-class StudyFile(click.Path):
-    """A study by its path, or by the name of one that comes with pidpanel."""
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> Path:
-        return study_path(value)
-
-
 SIZE = Numbers("AxB", "two lengths in m, such as 2.1x1.2", "x", least=0)
 PLACE = Numbers("X,Y", "x,y in m, such as 0.4,0.2")
 HOLE = Numbers("X,Y,D", "x,y,diameter in m, such as 0.4,0.2,0.1")
@@ -87,9 +75,16 @@ def _checked_folder(context: click.Context, parameter: click.Parameter, folder: 
     return folder
 
 
+def _study_file(context: click.Context, parameter: click.Parameter, file: Path) -> Path:
+    """Return a study by its path, or by the name of one that comes with pidpanel."""
+    return study_path(str(file))
+
+
 def study_argument(command: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the file of a study, and the trust in its decks."""
-    file = click.argument("file", metavar="STUDY", type=StudyFile(), help="YAML file of the study")
+    file = click.argument(
+        "file", metavar="STUDY", type=FILE, callback=_study_file, help="YAML file of the study"
+    )
     words = "run your own decks, which can start programs and write any file"
     trust = click.option(
         "--trust-deck", is_flag=True, expose_value=False, callback=_trust_deck, help=words

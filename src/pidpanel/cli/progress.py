@@ -4,7 +4,6 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from pidpanel.coupon.from_study import distinct_cases
@@ -21,39 +20,29 @@ STAGE_OF = {
     "coupon_report": "report",
 }
 
-_ERROR = re.compile(r"^Error in rule (\w+):")
-_LOG = re.compile(r"^ +log: (.*?)(?: \(check log file.*)?$")
+# A rule that failed and its log, in the log of Snakemake
+_FAILED = re.compile(
+    r"^Error in rule (\w+):\n(?:(?!Error in rule| +log: ).*\n)* +log: (.*?)"
+    r"(?: \(check log file.*)?$",
+    re.MULTILINE,
+)
 
 
-@dataclass(frozen=True)
-class Cases:
-    """Numbers of cases of a study by outcome."""
-
-    total: int
-    done: int  # whose runs have all ended
-    failures: Mapping[str, int]  # by the name of the failure
-
-    def __str__(self) -> str:
-        failed = sum(self.failures.values())
-        names = ", ".join(f"{count} {name}" for name, count in self.failures.items())
-        text = f"{self.done} of {self.total} done, {self.total - self.done} left"
-        return f"{text}; {failed} of them failed ({names})" if failed else text
-
-
-def cases_of(study: CouponStudy, folder: Path) -> Cases:
-    """Count the cases of a study by their state in ``results/coupon``."""
-    failures: Counter[str] = Counter()
+def case_line(study: CouponStudy, folder: Path) -> str:
+    """Return how many cases are done, left and failed in ``results/coupon``; empty for none."""
     cases = list(distinct_cases(study).values())
+    failures: Counter[str] = Counter()
     done = 0
     for case in cases:
         try:
             runs = json.loads(case.outcome_file(folder).read_text(encoding="utf-8"))["runs"]
-            failed = [str(run["status"]) for run in runs if run["status"] != "ok"]
+            failures.update([str(run["status"]) for run in runs if run["status"] != "ok"][:1])
         except (OSError, ValueError, KeyError, TypeError):
             continue
         done += 1
-        failures.update(failed[:1])
-    return Cases(len(cases), done, failures)
+    text = f"{done} of {len(cases)} done, {len(cases) - done} left" if cases else ""
+    names = ", ".join(f"{count} {name}" for name, count in failures.items())
+    return f"{text}; {failures.total()} of them failed ({names})" if failures else text
 
 
 def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
@@ -67,11 +56,10 @@ def stages(study: CouponStudy, left: Mapping[str, int]) -> Iterator[str]:
 
 def stage_names(study: CouponStudy) -> list[str]:
     """Return the stages that a study has, in the order in which they run."""
-    has = {"coupon": bool(study.coupons)}
+    # packings of coupled runs are poured with the coupons
+    has = {"coupon": bool(study.coupons) or study.is_coupled}
     if isinstance(study, Study):
-        has = {
-            # whose packings are poured with the coupons
-            "coupon": bool(study.coupons) or study.is_coupled,
+        has |= {
             "damping": bool(study.coupons),
             "panel": True,
             "sound": study.sound is not None,
@@ -87,20 +75,12 @@ def stage_names(study: CouponStudy) -> list[str]:
 
 def failed(folder: Path, name: str, left: Mapping[str, int]) -> list[str]:
     """Return a line for each job of a study that failed in the last run and is still left."""
-    logs = sorted(
-        (folder / ".snakemake" / "log").glob("*.log"), key=lambda log: log.stat().st_mtime
-    )
-    failures: dict[str, None] = {}
-    rule = ""
-    for line in logs[-1].read_text(encoding="utf-8", errors="replace").splitlines() if logs else []:
-        begun = _ERROR.match(line)
-        log_match = _LOG.match(line)
-        if begun:
-            rule = begun[1]
-        elif log_match and rule:
-            ours = log_match[1].startswith((f"results/{name}/", "results/coupon/"))
-            if ours and rule in left:
-                why = last_line(folder / log_match[1])
-                failures[f"failed: {rule}, {log_match[1]}: {why or 'no message'}"] = None
-            rule = ""
-    return list(failures)
+    logs = (folder / ".snakemake" / "log").glob("*.log")
+    log = max(logs, key=lambda log: log.stat().st_mtime, default=None)
+    text = log.read_text(encoding="utf-8", errors="replace") if log else ""
+    failures = [
+        f"failed: {rule}, {job}: {last_line(folder / job) or 'no message'}"
+        for rule, job in _FAILED.findall(text)
+        if rule in left and job.startswith((f"results/{name}/", "results/coupon/"))
+    ]
+    return list(dict.fromkeys(failures))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Scenario, Study
 from pidpanel.study.base_motion import BaseMotion
@@ -18,7 +19,6 @@ from pidpanel.study.severity import limit_tables
 
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
-    from pidpanel.coupon.cases import Case
     from pidpanel.panel.basis import PanelBasis
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.mesh import PanelMesh
@@ -54,17 +54,15 @@ def overview(study: CouponStudy, results: Path = Path("results")) -> str:
 
     `StudyError` for coupled runs of a panel without modes; see `coupled.from_study.check_modes`.
     """
-    lines = [summary(study)]
-    if isinstance(study, Study):
-        lines += _of_panel(study, solve(study.panel))
+    lines = list(_of_panel(study, solve(study.panel))) if isinstance(study, Study) else []
     if times := list(_of_runs(study, results)):
-        lines.append(_line("time", f"{'; '.join(times)} of CPU time in LIGGGHTS"))
-    return "\n".join(lines)
+        lines.append(("time", f"{'; '.join(times)} of CPU time in LIGGGHTS"))
+    return "\n".join([summary(study), *(f"  {label:8} {text}" for label, text in lines)])
 
 
 def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
     """Yield how long the LIGGGHTS runs take that are not in a folder ``results``."""
-    cases, folder = all_cases(study), results / "coupon"
+    cases, folder = list(distinct_cases(study).values()), results / "coupon"
     left = [case for case in cases if not case.outcome_file(folder).exists()]
     if left:
         from pidpanel.coupon.estimate import PLAN, cpu_seconds
@@ -80,7 +78,7 @@ def _of_runs(study: CouponStudy, results: Path) -> Iterator[str]:
 
 def summary(study: CouponStudy) -> str:
     """Return how many cases, runs and scenarios a study has."""
-    cases = all_cases(study)
+    cases = distinct_cases(study).values()
     text = f"{study.name}: {len(cases)} coupon cases, {sum(len(c.runs) for c in cases)} runs"
     if isinstance(study, Study):
         if not study.scenarios:
@@ -129,7 +127,8 @@ def solve(panel: Panel) -> PanelEstimate:
     return PanelEstimate(study_mesh, coordinates, rigid, first.frequency, elements, basis)
 
 
-def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
+def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[tuple[str, str]]:
+    """Yield what is checked first of a panel, each with its label."""
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import StudiedPanel
 
@@ -138,40 +137,38 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[str]:
     mass = studied.section.mass_per_area * float(area.sum())
     attached = sum(item.mass_kg for item in study.panel.masses.values())
     carried = f", plus {attached:.3g} kg attached" if attached else ""
-    yield _line("panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}")
-    yield _line("mesh", f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes, about "
-                        f"{estimate.coordinates} coordinates")  # fmt: skip
+    yield "panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}"
+    size = f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes"
+    yield "mesh", f"{size}, about {estimate.coordinates} coordinates"
     if remarks := studied.remarks:
-        yield _line("file", "; ".join(remarks))
-    yield from (_line("mesh", text) for text in _of_coarse_mesh(study, studied))
+        yield "file", "; ".join(remarks)
+    yield from (("mesh", text) for text in _of_coarse_mesh(study, studied))
     if study.is_coupled and estimate.frequency is not None and estimate.frequency.size:
         from pidpanel.coupled.from_study import check_modes
 
         lower = 1.0 if estimate.elements == len(mesh.cells) else COARSE
         check_modes(study, 0.0 if estimate.rigid else float(estimate.frequency[0]) / lower)
-    yield _line("modes", _of_modes(study, estimate))
+    yield "modes", _of_modes(study, estimate)
     if names := study.panel.single_points:
-        yield _line("supports", f"{', '.join(names)} at single points, where frequencies depend on "
-                                "the mesh; state radius_m, of a mass from_m and to_m")  # fmt: skip
+        remedy = "where frequencies depend on the mesh; state radius_m, of a mass from_m and to_m"
+        yield "supports", f"{', '.join(names)} at single points, {remedy}"
     if study.sound is not None:
-        yield _line("stretch", _of_stretching(studied))
+        yield "stretch", _of_stretching(studied)
     patch_area = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
-    yield _line("points", "; ".join(_of_points(mesh, studied)))
+    yield "points", "; ".join(_of_points(mesh, studied))
     for label, weights in _damper_masses(study, patch_area).items():
         shares = [100 * weight / (mass + attached) for weight in weights]
-        yield _line(
-            "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
-        )
-    yield from (_line("data", text) for text in _of_tables(study))
-    yield from (_line("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
+        yield "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
+    yield from (("data", text) for text in _of_tables(study))
+    yield from (("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
     for name, key in study.massless_dampers.items():
-        yield _line("mass", f"the particles of {name} have no mass in the computation; {key}")
-    yield from (_line("cells", text) for text in study.differing_cells)
-    yield from (_line("unusual", text) for text in _unusual(study))
+        yield "mass", f"the particles of {name} have no mass in the computation; {key}"
+    yield from (("cells", text) for text in study.differing_cells)
+    yield from (("unusual", text) for text in _unusual(study))
     if study.sound is not None:
-        yield from (_line("sound", text) for text in _of_sound(study, estimate) if text)
+        yield from (("sound", text) for text in _of_sound(study, estimate) if text)
     if study.base is not None:
-        yield _line("base", "; ".join(_of_base(study.base)))
+        yield "base", "; ".join(_of_base(study.base))
 
 
 def _of_coarse_mesh(study: Study, panel: StudiedPanel) -> Iterator[str]:
@@ -194,16 +191,14 @@ def _of_coarse_mesh(study: Study, panel: StudiedPanel) -> Iterator[str]:
 def _of_modes(study: Study, estimate: PanelEstimate) -> str:
     if estimate.frequency is None:
         return "not computed here: the mesh is too large for a quick look"
-    rigid = f"{estimate.rigid} rigid-body modes, then " if estimate.rigid else ""
-    frequencies = ", ".join(f"{f:.4g}" for f in estimate.frequency)
-    source = "the study's mesh"
-    if estimate.elements != len(estimate.mesh.cells):
-        source = f"a coarser mesh of {estimate.elements} elements"
+    text = f"{estimate.rigid} rigid-body modes, then " if estimate.rigid else ""
+    text += f"{', '.join(f'{f:.4g}' for f in estimate.frequency)} Hz on "
+    is_coarser = estimate.elements != len(estimate.mesh.cells)
+    text += f"a coarser mesh of {estimate.elements} elements" if is_coarser else "the study's mesh"
     high = study.response.frequency_hz[1]
-    note = ""
     if estimate.frequency.size and estimate.frequency[0] > high:
-        note = f"; none below {high:g} Hz, where the response is quasi-static"
-    return f"{rigid}{frequencies} Hz on {source}{note}"
+        text += f"; none below {high:g} Hz, where the response is quasi-static"
+    return text
 
 
 def _of_stretching(studied: StudiedPanel) -> str:
@@ -374,15 +369,6 @@ def _of_base(base: BaseMotion) -> Iterator[str]:
     yield "the panel in vacuum: without mass and damping of the air"
 
 
-def all_cases(study: CouponStudy) -> list[Case]:
-    """Return every case of all coupons of a study once."""
-    if not study.coupons:
-        return []
-    from pidpanel.coupon.from_study import distinct_cases
-
-    return list(distinct_cases(study).values())
-
-
 def _duration(seconds: float) -> str:
     """Return a time in words.
 
@@ -394,7 +380,3 @@ def _duration(seconds: float) -> str:
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
-
-
-def _line(label: str, message: str) -> str:
-    return f"  {label:8} {message}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,14 +12,10 @@ if TYPE_CHECKING:
 class Files:
     """Named files: ``files.modes`` is a path, ``files.get("air")`` may be None."""
 
-    def __init__(self, paths: Mapping[str, Sequence[Path]]) -> None:
-        self.all = dict(paths)
-
-    @classmethod
-    def from_names(cls, named: Any) -> Files:
-        """Return the files of ``snakemake.input`` or ``snakemake.output``, or of a mapping."""
+    def __init__(self, named: Any) -> None:
+        """Take ``snakemake.input`` or ``snakemake.output``, or a mapping."""
         several = {name: [f] if isinstance(f, str | Path) else f for name, f in named.items()}
-        return cls({name: list(map(Path, files)) for name, files in several.items()})
+        self.all = {name: list(map(Path, files)) for name, files in several.items()}
 
     def __getattr__(self, name: str) -> Path:
         """Return the only file of a name."""
@@ -89,6 +84,6 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
             names["measurement"]["hammer"] = "measurement/hammer.nc"
     names["report"] = {"page": "report.html", "figures": "report"}
     return {
-        stage: Files({key: [results / name] for key, name in files.items()})
+        stage: Files({key: results / name for key, name in files.items()})
         for stage, files in names.items()
     }

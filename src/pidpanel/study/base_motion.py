@@ -90,8 +90,8 @@ class BaseMotion(SectionModel):
     def parts(self) -> dict[str, bool]:
         """Parts that the section has; limits without a value are none."""
         has_limits = self.limits is not None and bool(self.limits.points or self.limits.force)
-        has = {name: getattr(self, name) is not None for name in ("random", "sine")}
-        return {"random": has["random"], "limits": has_limits, "sine": has["sine"]}
+        has_random, has_sine = self.random is not None, self.sine is not None
+        return {"random": has_random, "limits": has_limits, "sine": has_sine}
 
     def mistakes(self) -> Iterator[Mistake]:
         """Yield limits without a random motion."""

@@ -6,6 +6,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,40 +25,24 @@ from pidpanel.study.mistakes import (
     mistakes_of,
     unknown_key,
 )
-from pidpanel.study.sweep import read_cases, sweep_of
+from pidpanel.study.sweep import CaseRow, read_cases, sweep_of
 
 NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 # Of dampers; also of wildcards, in which Snakemake allows no braces.
 DAMPER_NAME = "[A-Za-z0-9](?:[A-Za-z0-9_ -]*[A-Za-z0-9_-])?"
 CHARACTERS = f"up to {LONGEST_NAME} letters a to z or A to Z, digits, '_' and '-'"
-# Rules for names of folders.
-NAME_WORDS = f"{CHARACTERS}, the first a letter or a digit"
-DAMPER_WORDS = f"{CHARACTERS}, with blanks between them, the first a letter or a digit"
-
 RESERVED = ("coupon", "verification")  # folders of the results that belong to all studies
-
-
-def is_name(name: str) -> bool:
-    """Return whether a name suits a folder."""
-    return len(name) <= LONGEST_NAME and re.fullmatch(NAME, name) is not None
-
-
 MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 DRIVE = ("fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm")  # of a row of cases
 
 
 def mistakes_of_name(name: str) -> Iterator[Mistake]:
     """Yield what is wrong with the name of a study."""
-    if not is_name(name):
-        yield Mistake(("name",), f"must be {NAME_WORDS}")
+    if len(name) > LONGEST_NAME or not re.fullmatch(NAME, name):
+        yield Mistake(("name",), f"must be {CHARACTERS}, the first a letter or a digit")
     elif name in RESERVED:
         message = f"must be another name; results/{name} is shared by all studies"
         yield Mistake(("name",), message)
-
-
-def is_damper_name(name: str) -> bool:
-    """Return whether a name suits the folder of a damper."""
-    return len(name) <= LONGEST_NAME and re.fullmatch(DAMPER_NAME, name) is not None
 
 
 class VariedCoupon(Coupon):
@@ -94,13 +79,18 @@ class VariedCoupon(Coupon):
         except ValueError as error:
             raise Mistakes([Mistake(("cases",), str(error))]) from None
 
+    @cached_property
+    def rows(self) -> list[CaseRow]:
+        """Rows of the table of cases; none without one."""
+        return [] if self.cases is None else read_cases(self.cases)
+
     @property
     def varied_values(self) -> Mapping[str, tuple[Any, ...]]:
         """Values of each key of ``vary``, or of each in the table of cases besides the drive."""
-        if self.cases is None:
+        if not self.rows:
             return self.vary
-        rows = [row.inputs for row in read_cases(self.cases)]
-        return {key: tuple(dict.fromkeys(row[key] for row in rows)) for key in rows[0]}
+        inputs = [row.inputs for row in self.rows]
+        return {key: tuple(dict.fromkeys(row[key] for row in inputs)) for key in inputs[0]}
 
     @property
     def decks(self) -> tuple[Path, ...]:
@@ -148,7 +138,7 @@ class VariedCoupon(Coupon):
                     yield Mistake(("vary", key, index), "duplicate value")
         # a mistake of many combinations is reported for the first
         combinations: dict[Mistake, Mapping[str, Any]] = {}
-        for chosen in self._combinations() if set(self.vary) <= set(allowed) else ():
+        for chosen in self._combinations() if self.vary and set(self.vary) <= set(allowed) else ():
             try:
                 self._variant(chosen)
             except ValidationError as error:
@@ -158,15 +148,14 @@ class VariedCoupon(Coupon):
 
     def _mistakes_of_cases(self, file: Path) -> Iterator[Mistake]:
         """Yield columns that are no keys, and rows that are no coupon."""
-        rows = read_cases(file)
         allowed = [key for key in _dotted_keys(self._row_values(), leaves=True) if key != "deck"]
-        unknown = [key for key in rows[0].values if key not in allowed]
+        unknown = [key for key in self.rows[0].values if key not in allowed]
         for key in unknown:
             yield Mistake(("cases",), f"column {key}: {_unknown_in(key, allowed)}")
         if unknown:
             return
         wrong = LineFaults(file)
-        for line, values in rows:
+        for line, values in self.rows:
             try:
                 self._variant(values)
             except ValidationError as error:
@@ -174,9 +163,8 @@ class VariedCoupon(Coupon):
                     key = dotted(tuple(part for part in keys if isinstance(part, str)))
                     setting = f"{key} = {values[key]}" if key in values else key
                     wrong.add(line, f"{setting}: {message}", f"{key}: {message.partition(';')[0]}")
-        if wrong:
-            faults = ColumnsError(wrong.texts()).faults
-            yield from (Mistake(("cases",), fault) for fault in faults)
+        for fault in ColumnsError(wrong.texts()).faults:
+            yield Mistake(("cases",), fault)
 
     def _in_vary(self, mistake: Mistake, chosen: Mapping[str, Any]) -> Mistake:
         """Return the mistake of a variant at the value of ``vary`` that causes it."""
@@ -197,17 +185,15 @@ class VariedCoupon(Coupon):
             Varied keys with their values, without those of the drive and the accuracy of a row,
             and the coupon with all of them; without any no keys and the coupon itself.
         """
-        if self.cases is not None:
-            rows = read_cases(self.cases)
-            return tuple((row.inputs, self._variant(row.values)) for row in rows)
+        if self.rows:
+            return tuple((row.inputs, self._variant(row.values)) for row in self.rows)
         if not self.vary:
             return (({}, self),)
         return tuple((chosen, self._variant(chosen)) for chosen in self._combinations())
 
     def _combinations(self) -> Iterator[dict[str, Any]]:
-        if self.vary:
-            for values in itertools.product(*self.vary.values()):
-                yield dict(zip(self.vary, values, strict=True))
+        for values in itertools.product(*self.vary.values()):
+            yield dict(zip(self.vary, values, strict=True))
 
     def _variant(self, chosen: Mapping[str, Any]) -> Coupon:
         values = self._values() if self.cases is None else self._row_values()

@@ -30,12 +30,21 @@ class Document:
     """A YAML file whose keys are text, as they are written; `StudyError` if it is none.
 
     ``data`` is its content, ``mistakes`` are duplicate keys and keys without a value. Messages
-    about values without a line begin with ``source``.
+    about values without a line begin with ``source``. Values of no file are named and placed as a
+    file of the path would be.
     """
 
-    def __init__(self, path: Path, source: str = "") -> None:
+    def __init__(
+        self, path: Path, source: str = "", values: Mapping[str, Any] | None = None
+    ) -> None:
         self.path, self.source = path, source
         self.place = one_line(str(path))
+        self.data: Mapping[str, Any]
+        self.mistakes: list[Mistake] = []
+        self._lines: dict[Keys, int] = {(): NO_LINE}
+        if values is not None:
+            self.data = plain(values, printable)
+            return
         try:
             content = Content(read_text(path, LARGEST))
         except TextFileError as error:
@@ -49,21 +58,11 @@ class Document:
             is_empty = "is empty; " if content.is_empty else ""
             message = f"{is_empty}must be a mapping with keys such as name, coupon, panel"
             raise self._refusal(message)
-        self.data: Mapping[str, Any] = {
-            key: value for key, value in content.data.items() if not key.startswith(ASIDE)
-        }
+        self.data = {key: value for key, value in content.data.items() if not key.startswith(ASIDE)}
         self.mistakes, self._lines = content.mistakes, content.lines
 
     def _refusal(self, message: str, line: int | None = None) -> StudyError:
         return StudyError(f"{self.place}:{line}: {message}" if line else f"{self.place}: {message}")
-
-    @classmethod
-    def of_values(cls, values: Mapping[str, Any], path: Path, source: str = "") -> "Document":
-        """Return the document that values are, named and placed as a file of the path would be."""
-        document = cls.__new__(cls)
-        document.path, document.source, document.place, document.mistakes = path, source, source, []
-        document.data, document._lines = plain(values, printable), {(): NO_LINE}
-        return document
 
     def changed(self, values: Mapping[str, Any]) -> "Document":
         """Return the document with other values: text among them is read as YAML reads it."""

@@ -21,7 +21,6 @@ PLAIN = "plain"  # tag of a scalar without quotes and without a tag
 # Tags of what is read as plain text is, and all that are allowed.
 READ = {PLAIN, *(CORE + kind for kind in ("int", "float", "bool", "null"))}
 TAGS = {*READ, *(CORE + kind for kind in ("str", "map", "seq"))}
-MOST_VALUES = 500_000  # values that a study may have once its aliases are written out
 EMPTY = "has no value; give one, or omit the key"
 NON_PRINTABLE = yaml.reader.Reader.NON_PRINTABLE
 
@@ -86,15 +85,12 @@ class Content:
     def __init__(self, text: str) -> None:
         self.lines: dict[Keys, int] = {(): 0}
         self.mistakes: list[Mistake] = []
-        self._count, self._nodes = 0, set[int]()
+        self._nodes = set[int]()
         root = yaml.compose(text, _Composer)
         self.data: Any = None if root is None else self._value(root, ())
         self.is_empty = root is None
 
     def _value(self, node: yaml.Node, keys: Keys) -> Any:
-        self._count += 1
-        if self._count > MOST_VALUES:
-            raise _refusal(f"has more than {MOST_VALUES} values with its aliases written out", node)
         if node.tag not in TAGS:
             raise _refusal(f"the tag {node.tag.replace(CORE, '!!')} is not allowed", node)
         # of a mapping that stands in several places the mistakes are reported once

@@ -170,14 +170,8 @@ def mistakes_of_claims(study: Study) -> Iterator[Mistake]:
         yield from (m.prefix("claims", number) for m in claim.mistakes_with(study.families))
 
 
-def mistakes_of_optimise(study: Study) -> Iterator[Mistake]:
+def mistakes_of_optimise(section: Optimise, study: Study) -> Iterator[Mistake]:
     """Yield dampers and points that are not there, and dampers that cannot be placed."""
-    if study.optimise is not None:
-        mistakes = _mistakes_of_section(study.optimise, study)
-        yield from (mistake.prefix("optimise") for mistake in mistakes)
-
-
-def _mistakes_of_section(section: Optimise, study: Study) -> Iterator[Mistake]:
     if study.response.modal_damping != "full":
         yield Mistake((), "only allowed with response.modal_damping: full")
     wanted = section.excitation or ("base" if study.sound is None else "sound")

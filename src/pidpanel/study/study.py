@@ -1,6 +1,7 @@
 """A whole study: its sections, dampers, damping models and scenarios."""
 
 import itertools
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
@@ -12,7 +13,7 @@ from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.claims import Claim
 from pidpanel.study.core_cells import cells_of_core, differing_cells
 from pidpanel.study.coupon import Coupon
-from pidpanel.study.coupon_study import DAMPER_WORDS, CouponStudy, is_damper_name
+from pidpanel.study.coupon_study import CHARACTERS, DAMPER_NAME, CouponStudy
 from pidpanel.study.dampers import (
     BEDS,
     COUPLED,
@@ -83,24 +84,29 @@ class Study(CouponStudy):
 
     def mistakes(self) -> Iterator[Mistake]:
         yield from super().mistakes()
-        too_many = [
+        mistakes = [
             *mistakes_of_names("dampers", self.dampers),
             *mistakes_of_names("scenarios", self.scenarios),
         ]
-        yield from too_many
-        if too_many:
+        if mistakes:
+            yield from mistakes
             return
-        yield from self._mistakes_of_dampers()
+        for name in self.dampers:
+            if not re.fullmatch(DAMPER_NAME, name):
+                message = f"{CHARACTERS}, with blanks between them, the first a letter or a digit"
+                yield Mistake(("dampers", name), f"must have a name of {message}")
+        yield from requirements.mistakes_of_coupled(self)
         yield from requirements.mistakes_of_severity(self)
         yield from requirements.mistakes_of_limits(self)
         yield from requirements.mistakes_of_base(self)
         yield from requirements.mistakes_of_surroundings(self)
-        mistakes = list(self.mistakes_of_scenarios())
-        yield from mistakes
-        if mistakes:
+        if mistakes := list(self.mistakes_of_scenarios()):
+            yield from mistakes
             return
         yield from requirements.mistakes_of_labels(self)
-        yield from requirements.mistakes_of_optimise(self)
+        if self.optimise is not None:
+            mistakes = list(requirements.mistakes_of_optimise(self.optimise, self))
+            yield from (mistake.prefix("optimise") for mistake in mistakes)
         yield from requirements.mistakes_of_atlas(self)
         yield from requirements.mistakes_of_measurements(self)
         yield from requirements.mistakes_of_claims(self)
@@ -135,8 +141,7 @@ class Study(CouponStudy):
     @property
     def opposite(self) -> "Study | None":
         """The study with the other surroundings; None where its field has none."""
-        sections = opposite(self.acoustics, self.response)
-        update = sections and dict(zip(("sound", "response"), sections, strict=True))
+        update = opposite(self.acoustics, self.response)
         return self.model_copy(update=update) if update else None
 
     @property
@@ -254,33 +259,24 @@ class Study(CouponStudy):
     def _rank(self, scenario: Scenario) -> int:
         return max((text.rank for text in self.model_texts(scenario)), default=0)
 
-    def _mistakes_of_dampers(self) -> Iterator[Mistake]:
-        for name in self.dampers:
-            if not is_damper_name(name):
-                yield Mistake(("dampers", name), f"must have a name of {DAMPER_WORDS}")
-        yield from requirements.mistakes_of_coupled(self)
-
     # ---------------------------------------------------------------------- scenarios
 
     def mistakes_of_scenarios(self) -> Iterator[Mistake]:
         """Yield patches and dampers that are not there, and fills that a damper does not have."""
         for name, compared in self.scenarios.items():
             for part in compared.parts():
-                way: Keys = ("scenarios", name, *part.way)
-                for keys, patch in part.patches:
-                    yield from self._mistakes_of_patch((*way, *keys), patch)
-                for keys, damper in part.dampers:
-                    mistakes = list(self._mistakes_of_damper(keys, damper))
-                    if not mistakes:
-                        mistakes = list(self._mistakes_of_fills(part, self._name_of(damper)))
-                    yield from (mistake.prefix(*way) for mistake in mistakes)
+                mistakes = self._mistakes_of_part(part)
+                yield from (mistake.prefix("scenarios", name, *part.way) for mistake in mistakes)
 
-    def _mistakes_of_patch(self, keys: Keys, patch: str) -> Iterator[Mistake]:
+    def _mistakes_of_part(self, part: Part) -> Iterator[Mistake]:
         patches = list(self.panel.patches)
-        if not patches:
-            yield Mistake(keys, "there are no patches")
-        elif patch not in patches:
-            yield Mistake(keys, not_among("panel.patches", patch, patches))
+        for keys, patch in part.patches:
+            if patch not in patches:
+                message = not_among("panel.patches", patch, patches)
+                yield Mistake(keys, message if patches else "there are no patches")
+        for keys, damper in part.dampers:
+            mistakes = list(self._mistakes_of_damper(keys, damper))
+            yield from mistakes or self._mistakes_of_fills(part, self._name_of(damper))
 
     def _mistakes_of_damper(self, keys: Keys, damper: str | None) -> Iterator[Mistake]:
         """Yield a damper that is unknown or missing."""
@@ -335,24 +331,29 @@ class Study(CouponStudy):
 
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
         """Return the scenarios of one family, in the order of its lists; one for a layout."""
-        compared = self.scenarios[name]
-        level = self.oaspl_db if compared.oaspl_db is None else compared.oaspl_db
-        several = len(self.dampers) > 1
+        compared, several = self.scenarios[name], len(self.dampers) > 1
         if isinstance(compared, Layout):
-            fillings = {p: self._filling(f.damper, f.fill_fraction)
-                        for p, f in compared.layout.items()}  # fmt: skip
-            one = Scenario(label=name, fillings=fillings, oaspl_db=compared.oaspl_db)
-            return (one.model_copy(update={"oaspl_db": level, "has_dampers": several}),)
-        patches = as_tuple(compared.patch)
-        fills, levels = as_tuple(compared.fill_fraction), as_tuple(level)
+            level = compared.oaspl_db or self.oaspl_db
+            fillings = {
+                patch: filling.model_copy(update={"damper": self._name_of(filling.damper)})
+                for patch, filling in compared.layout.items()
+            }
+            single = Scenario(label=name, fillings=fillings, oaspl_db=level, has_dampers=several)
+            return (single,)
         return tuple(
-            Scenario.of_patch(patch, self._filling(damper, fill), oaspl, has_dampers=several)
-            for damper in as_tuple(compared.damper)
-            for patch, fill, oaspl in itertools.product(patches, fills, levels)
+            Scenario.of_patch(
+                patch,
+                Filling(damper=self._name_of(damper), fill_fraction=fill),
+                level,
+                has_dampers=several,
+            )
+            for damper, patch, fill, level in itertools.product(
+                as_tuple(compared.damper),
+                as_tuple(compared.patch),
+                as_tuple(compared.fill_fraction),
+                as_tuple(compared.oaspl_db or self.oaspl_db),
+            )
         )
-
-    def _filling(self, damper: str | None, fill: float | None) -> Filling:
-        return Filling(damper=self._name_of(damper), fill_fraction=fill)
 
     def all_scenarios(self) -> tuple[Scenario, ...]:
         """Return every scenario once, the bare panel at each level first."""

@@ -39,19 +39,22 @@ def setting(sound: Sound, radiation: Radiation) -> str:
     return f"{place}, {FACES[sound.faces]}, {AIR[radiation]}; {level}"
 
 
-def opposite(sound: Sound, response: Response) -> tuple[Sound, Response] | None:
-    """Return the sections with the other surroundings by default; None of a field of a baffle."""
+def opposite(sound: Sound, response: Response) -> dict[str, Sound | Response]:
+    """Return the sections with the other surroundings by default; none for a field of a baffle."""
     if not sound.is_free and (
         sound.field not in ("diffuse", "plane_wave") or sound.incidence_deg == 90
     ):
-        return None
+        return {}
     surroundings = {
         "surroundings": "baffle" if sound.is_free else "free",
         "loaded_sides": None,
         "pressure_reference": None,
     }
     air = {"radiation": None, "air_mass": True}
-    return sound.model_copy(update=surroundings), response.model_copy(update=air)
+    return {
+        "sound": sound.model_copy(update=surroundings),
+        "response": response.model_copy(update=air),
+    }
 
 
 def change_text(setting: str, frequency: Sequence[float], change: Sequence[float]) -> str:

@@ -188,6 +188,9 @@ def has_decimal_comma(rows: Iterable[tuple[int, Sequence[str]]]) -> bool:
     >>> has_decimal_comma([(1, ["31,5", "120"])]), has_decimal_comma([(1, ["1,000", "31.5"])])
     (True, False)
     """
+    rows = list(rows)
+    if not any("," in cell or cell.count(".") > 1 for _, cells in rows for cell in cells):
+        return False  # at once, as of most tables
     marks: dict[str, tuple[int, str]] = {}  # the first number that shows each
     for line, cells in rows:
         for head in filter(None, map(HEAD.match, cells)):

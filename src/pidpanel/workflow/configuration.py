@@ -53,7 +53,7 @@ def configured_study(
         )
     if not files:
         path = Path("config.yaml").resolve()
-        return checked_study(Document.of_values(values, path, "configuration")), path
+        return checked_study(Document(path, "configuration", values)), path
     document = Document(Path(files[-1]).resolve())
     for file in files[:-1]:  # the last one wins, and names the study
         document.data = merged(Document(Path(file).resolve()).data, document.data)

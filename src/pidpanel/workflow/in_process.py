@@ -103,6 +103,7 @@ def _compute(
 ) -> None:
     from pidpanel.panel.files import read_basis
     from pidpanel.panel.from_study import write_panel
+    from pidpanel.report.from_study import write_study_page
 
     panel = stages["panel"]
     with _stage("panel", log):
@@ -114,24 +115,21 @@ def _compute(
 
         with _stage("sound", log):
             write_sound(study, read_basis(panel.modes), stages["sound"])
-        upstream = Files({**panel.all, **stages["sound"].all})
+        upstream = Files(upstream.all | stages["sound"].all)
         with _stage("response", log):
             write_response(study, upstream, stages["response"], None, None)
     branches = list(_branches(study, upstream, stages, log))
     for _ in map_in_forks(lambda k: branches[k](), range(len(branches))):
         pass
-    from pidpanel.report.from_study import write_study_page
-
     with _stage("report", log):
-        page = stages["report"]
-        write_study_page(study, file, results, page.page, page.figures)
+        write_study_page(study, file, results, stages["report"].page, stages["report"].figures)
 
 
 def _branches(
     study: Study, upstream: Files, stages: dict[str, Files], log: TextIO
 ) -> Iterator[Callable[[], None]]:
     """Yield what can be computed at the same time, each with what needs its results."""
-    everything = Files({**upstream.all, **stages["response"].all}) if study.sound else upstream
+    everything = Files(upstream.all | stages["response"].all) if study.sound else upstream
 
     def maps() -> None:
         from pidpanel.response.from_study import write_maps
@@ -142,7 +140,7 @@ def _branches(
             from pidpanel.severity.from_study import write_severity
 
             with _stage("severity", log):
-                read = Files({**everything.all, "maps": stages["maps"].several("maps")})
+                read = Files(everything.all | {"maps": stages["maps"].several("maps")})
                 write_severity(study, read, stages["severity"])
 
     def export() -> None:
@@ -153,31 +151,32 @@ def _branches(
             write_export(study, everything.modes, everything.psd, everything.summary, folder)
 
     def base() -> None:
+        shaken = stages.get("base", Files({}))
         if study.base is not None:
             from pidpanel.base.from_study import write_base, write_base_export
 
             with _stage("base", log):
-                write_base(study, upstream, None, stages["base"])
+                write_base(study, upstream, None, shaken)
             if study.base.random is not None:
                 with _stage("base_export", log):
-                    psd, summary = stages["base"].psd, stages["base"].summary
                     folder = stages["base_export"].folder
-                    write_base_export(study, upstream.modes, psd, summary, folder)
+                    write_base_export(study, upstream.modes, shaken.psd, shaken.summary, folder)
         if study.limits:
             from pidpanel.severity.from_study import write_margins
 
             with _stage("margins", log):
-                shaker = stages["base"] if study.base else Files({})
-                moved = {f"base_{key}": shaker.several(key) for key in ("psd", "summary")}
-                write_margins(study, Files({**everything.all, **moved}), stages["margins"].margins)
+                moved = {f"base_{key}": shaken.several(key) for key in ("psd", "summary")}
+                read = Files(everything.all | moved)
+                write_margins(study, read, stages["margins"].margins)
         if study.measurements:
             from pidpanel.measurement.from_study import write_measurements
 
             with _stage("measurement", log):
-                shaken = stages["base"] if study.base else Files({})
-                curves = {"sound": everything.get("psd"), "base": shaken.get("psd")}
-                curves["base"] = curves["base"] or shaken.get("sine")
-                output = stages["measurement"]
+                motion = shaken.get("psd") or shaken.get("sine")
+                curves, output = (
+                    {"sound": everything.get("psd"), "base": motion},
+                    stages["measurement"],
+                )
                 tables = output.measured, output.differences
                 write_measurements(study, curves, *tables, everything, output.get("hammer"))
 
