@@ -32,12 +32,12 @@ from pidpanel.severity.from_study import rms_margins
 from pidpanel.severity.margins import JUDGED
 from pidpanel.severity.tables import PLACE
 from pidpanel.sound.from_study import band_table
-from pidpanel.stage_results import ResultsError, StageResults, result_at
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document
 from pidpanel.study.values import plain
 from pidpanel.study.writing import text_of, values_of, with_changes
+from pidpanel.workflow.stage_results import ResultsError, StageResults, result_at
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

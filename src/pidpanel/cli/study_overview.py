@@ -305,8 +305,8 @@ def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[fl
         if finite:
             names.setdefault((patches, fill, finite), []).append(beds)
     totals = {}
-    for (patches, fill, finite), alike in names.items():
-        dampers = [", ".join(dict.fromkeys(name)) for name in zip(*alike, strict=True)]
+    for (patches, fill, finite), groups in names.items():
+        dampers = [", ".join(dict.fromkeys(name)) for name in zip(*groups, strict=True)]
         label = " + ".join(map(" ".join, zip(patches, dampers, strict=True))) + fill
         totals[label] = list(finite)
     return totals

@@ -34,9 +34,9 @@ def write_counts(record: logging.LogRecord) -> bool:
 def find_cache() -> None:
     """Give Snakemake another folder for its cache where that of the home folder is read-only."""
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    there = next((folder for folder in (home, *home.parents) if folder.exists()), home)
+    existing = next((folder for folder in (home, *home.parents) if folder.exists()), home)
     try:
-        tempfile.TemporaryFile(dir=there).close()
+        tempfile.TemporaryFile(dir=existing).close()
     except OSError:
         other = Path(tempfile.gettempdir()) / f"pidpanel-cache-{os.getuid()}"
         other.mkdir(mode=0o700, exist_ok=True)
