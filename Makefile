@@ -16,12 +16,13 @@ run: ready
 	-@python -m pidpanel.workflow.first_answer "$$STUDY" $(CORES)
 	pidpanel run "$$STUDY" -j$(CORES)
 
+# numbers beside closed forms and published solutions; results/verification
 verification: ready
-	snakemake -j$(CORES) verification
+	pytest -n $(CORES) --dist worksteal -m verification tests/verification
 
-# experiments that others made; no study
+# experiments that others made; results/validation
 validation: ready
-	snakemake -j$(CORES) validation
+	pytest -n $(CORES) --dist worksteal -m validation tests/verification
 
 # a file, or a folder whose tests share results, stays in one process (tests/conftest.py)
 # a process that dies ends the run: xdist would wait for its group for ever

@@ -40,7 +40,6 @@ ALLOWED = {
     "identify": UPSTREAM | {"measurement"},
     "report": UPSTREAM
     | {"response", "base", "coupled", "optimise", "severity", "measurement", "identify"},
-    "verification": UPSTREAM | {"response", "base", "report"},
 }
 
 

@@ -44,7 +44,7 @@ def test_the_energy_of_a_dashpot_is_the_integral_of_its_power():
 
 
 def test_the_bound_is_four_times_the_peak_energy_of_an_inelastic_slug():
-    # E_d = 4 m″ (ωW)² at a clear gap of πW, data/reference of the inelastic slug in a box
+    # E_d = 4 m″ (ωW)² at a clear gap of πW, of the inelastic slug in a box (damping/inelastic.py)
     bound = cycles.inelastic_bound(2.0, F)
     assert cycles.dissipated_energy(bound, W, F) == pytest.approx(4 * 2.0 * (OMEGA * W) ** 2)
     assert cycles.loss_factor(bound, 2.0, F) == pytest.approx(4 / np.pi)

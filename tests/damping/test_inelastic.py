@@ -9,7 +9,7 @@ import pytest
 
 from pidpanel.damping import inelastic
 
-REFERENCE = Path(__file__).parents[2] / "workflow" / "data" / "reference"
+REFERENCE = Path(__file__).parent
 
 
 def table(name):

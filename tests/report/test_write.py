@@ -9,7 +9,6 @@ import pytest
 from pidpanel.report import from_study, inputs
 from pidpanel.report.html import write_figures
 from pidpanel.study import StudyError, load_any_study, load_study
-from tests.jobs import call
 
 
 def images(page):
@@ -83,21 +82,3 @@ def test_the_cases_of_another_study_are_refused_by_name(coupon):
     (folder / "others.csv").write_text(text.replace(case.label, "r0.4_f200Hz"))
     with pytest.raises(StudyError, match=r"others\.csv: r0\.4_f200Hz: not a case of cell as it is"):
         from_study.read_coupon(load_any_study(file), "coupon", folder / "others.csv")
-
-
-# --------------------------------------------------------------------------- verification
-
-
-def test_a_case_is_computed_shown_and_confirmed(tmp_path):
-    rows = [tmp_path / "plate.csv", tmp_path / "field.csv"]
-    for (stage, case), file in zip((("panel", "sandwich"), ("sound", "field")), rows, strict=True):
-        call("verify", "", {}, {"rows": file}, params={"stage": stage, "case": case})
-    page, said = (tmp_path / name for name in ("page.html", "verified.txt"))
-    call("verification", "", {"rows": rows}, {"page": page})
-    call("verified", "", {"rows": rows}, {"verdict": said})
-    count = int(re.match(r"(\d+) of \1 numbers within their tolerance\n", said.read_text())[1])
-    text = page.read_text(encoding="utf-8")
-    assert f"{count} of {count} numbers agree with their reference" in text
-    assert "NOT MET" not in text
-    # the plate, the field, and the piston with free edges that the field brings along
-    assert len(re.findall(r'<h2 id="case-', text)) == 3

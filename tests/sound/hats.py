@@ -8,6 +8,9 @@ import itertools
 
 import numpy as np
 
+BY_ELEMENTS = 0.270163 + 0.0093182j
+"""Z of mode (1, 1) of 1.5 m × 1 m at 64.90 Hz [m³]: squares of 1/10, 1/20, 1/40 m, extrapolated."""
+
 
 def spline(x):
     a = np.abs(x)

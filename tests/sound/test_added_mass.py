@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from pidpanel.sound.radiation import _rest, tabulate_added_mass
-from pidpanel.verification.sound import SIDES, sine_panel
+from tests.sound.panels import SIDES, sine_panel
 
 MODES = [(1, 1), (2, 1), (3, 2), (9, 1)]
 

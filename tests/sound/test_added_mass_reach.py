@@ -8,20 +8,10 @@ import pytest
 from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.wavenumber_table import FieldError
+from tests.sound.panels import gauss_points
 
 SQUARE = 2 / (3 * np.pi) * (1 - np.sqrt(2) + 3 * np.log(1 + np.sqrt(2)))
 """(1/2π) ∬∬ dA dA′/R over a square of 1 m, in closed form [m³]."""
-
-
-def rectangle(sides, elements, order=3):
-    """Points and weights of Gauss points on a grid of elements."""
-    node, weight = np.polynomial.legendre.leggauss(order)
-    axes = []
-    for side, count in zip(sides, elements, strict=True):
-        at = ((np.arange(count)[:, None] + 0.5 + node / 2) * side / count).ravel()
-        axes.append((at, np.tile(weight * side / count / 2, count)))
-    x, y = (one.ravel() for one in np.meshgrid(axes[0][0], axes[1][0], indexing="ij"))
-    return np.stack([x, y], axis=1), np.outer(axes[0][1], axes[1][1]).ravel()
 
 
 def serving(panel, reach):
@@ -32,7 +22,7 @@ def serving(panel, reach):
 @pytest.fixture(scope="module")
 def free():
     """A square of 1 m whose edges are free: it translates, rocks, bends."""
-    position, weight = rectangle((1.0, 1.0), (20, 20))
+    position, weight = gauss_points((20, 20), sides=(1.0, 1.0))
     x, y = (position - 0.5).T
     return PanelQuadrature(position, weight, np.stack([np.ones_like(x), x, x**2 - 0.3 * y], 1))
 
@@ -97,7 +87,7 @@ def test_the_air_couples_shapes_with_free_edges_as_in_the_double_integral(free, 
 
 def test_a_shape_wholly_beyond_the_reach_errs_by_no_more_than_its_share_over_the_reach():
     # sin 12πx sin πy on a square, 37.8 rad/m, known to 20 rad/m, and to 80; ∫ φ² dA = 1/4 m²
-    position, weight = rectangle((1.0, 1.0), (40, 20))
+    position, weight = gauss_points((40, 20), sides=(1.0, 1.0))
     shape = np.sin(12 * np.pi * position[:, :1]) * np.sin(np.pi * position[:, 1:])
     panel = PanelQuadrature(position, weight, shape)
     near, far = (
@@ -109,7 +99,7 @@ def test_a_shape_wholly_beyond_the_reach_errs_by_no_more_than_its_share_over_the
 
 def test_a_mesh_that_does_not_serve_waves_of_twice_the_sound_is_refused():
     # 243 points on 1.5 m²: 19 rad/m
-    position, weight = rectangle((1.5, 1.0), (9, 3))
+    position, weight = gauss_points((9, 3))
     panel = PanelQuadrature(position, weight, np.ones((len(weight), 1)))
     tabulate_added_mass(9.0, panel)
     with pytest.raises(FieldError, match="serve waves to 19 rad/m; 22 are needed"):

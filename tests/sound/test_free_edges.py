@@ -22,8 +22,8 @@ from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.wavenumber_table import JoinedTable
-from pidpanel.verification.sound import BY_ELEMENTS, SIDES, l_mesh, sine_panel
-from tests.sound.hats import extrapolated
+from tests.sound.hats import BY_ELEMENTS, extrapolated
+from tests.sound.panels import SIDES, l_mesh, sine_panel, sines
 
 K = float(wavenumber(64.9, 343.0))
 MODES = [(1, 1), (2, 1), (3, 2)]
@@ -137,9 +137,9 @@ def test_shapes_far_above_a_line_need_no_coupling_by_air_with_each_other(monkeyp
     force, volume = tabulate_diffuse_room(free, condensed(sine_panel(numbers), 40.0))
     air = Air(1.2, 343.0, 2, force, volume)
     x, y = (side * np.arange(0.45, 0.55, 0.01) for side in SIDES)
-    rows = np.array([sines(numbers, at) for at in product(x, y)])
+    rows = sines(np.array(list(product(x, y))), numbers)
     patch = Patches.of_rows(rows[None] * np.sqrt(0.02 / len(rows)), [0.02])
-    points = np.array([sines(numbers, at) for at in ((0.75, 0.5), (0.4, 0.3))])
+    points = sines(np.array([(0.75, 0.5), (0.4, 0.3)]), numbers)
     lines = frequency_grid(30.0, 220.0, 0.01, lines_per_bandwidth=3)
 
     def rms():
@@ -155,13 +155,6 @@ def test_shapes_far_above_a_line_need_no_coupling_by_air_with_each_other(monkeyp
     expected = rms()
     np.testing.assert_allclose(found, expected, rtol=5e-6)
     assert np.all(found != expected)
-
-
-def sines(numbers, place):
-    """Shapes at a place."""
-    return [
-        np.prod(np.sin(np.pi * np.array(number) * place / np.array(SIDES))) for number in numbers
-    ]
 
 
 def test_the_air_on_some_shapes_is_columns_of_its_matrix(panel, face):

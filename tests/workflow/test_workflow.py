@@ -1,7 +1,6 @@
 """The workflow through Snakemake, as a user runs it; real LIGGGHTS."""
 
 import html
-import importlib
 import json
 import os
 import shlex
@@ -16,7 +15,6 @@ import xarray as xr
 import yaml
 from reference_pages import untold
 
-from pidpanel.verification import experiments
 from tests.commands import jobs, pidpanel, said, snakemake
 
 ROOT = Path(__file__).parents[2]
@@ -84,22 +82,6 @@ def test_the_commands_after_a_run_know_its_results(smoke, tmp_path):
 def test_a_dry_run_of_every_shipped_study_passes(tmp_path, name):
     result = snakemake(tmp_path, STUDIES / f"{name}.yaml", "-n", "--quiet", "all")
     assert result.returncode == 0, said(result)
-
-
-def test_verification_runs_every_case_of_every_stage(tmp_path):
-    stages = ("coupon", "panel", "sound", "response", "base")
-    wanted = [importlib.import_module(f"pidpanel.verification.{s}").CASES for s in stages]
-    result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "verification")
-    table = said(result).split("Job stats")[1]
-    cases = next(line for line in table.splitlines() if line.startswith("verify "))
-    assert int(cases.split()[1]) == sum(len(cases) for cases in wanted)
-
-
-def test_validation_runs_every_experiment(tmp_path):
-    result = snakemake(tmp_path, STUDIES / "smoke.yaml", "-n", "validation")
-    table = said(result).split("Job stats")[1]
-    cases = next(line for line in table.splitlines() if line.startswith("verify "))
-    assert int(cases.split()[1]) == len(experiments.CASES)
 
 
 @pytest.mark.liggghts

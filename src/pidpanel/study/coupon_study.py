@@ -31,7 +31,8 @@ NAME = "[A-Za-z0-9][A-Za-z0-9_-]*"
 # Of dampers; also of wildcards, in which Snakemake allows no braces.
 DAMPER_NAME = "[A-Za-z0-9](?:[A-Za-z0-9_ -]*[A-Za-z0-9_-])?"
 CHARACTERS = f"up to {LONGEST_NAME} letters a to z or A to Z, digits, '_' and '-'"
-RESERVED = ("coupon", "verification")  # folders of the results that belong to all studies
+RESERVED = ("coupon",)  # folders of the results that belong to all studies
+
 MOST_VARIANTS = 1000  # combinations that ``vary`` may have
 DRIVE = ("fill_fraction", "frequency_hz", "acceleration_g", "displacement_mm")  # of a row of cases
 
