@@ -64,8 +64,8 @@ def rows_in(properties):
 def pytest_runtest_call(item):
     result = yield
     missed = [
-        "{case}, {quantity}: {computed:g} {unit}, reference {reference:g}, error {error:+.2%}, "
-        "tolerance {tolerance:.2%}".format(**row)
+        "{case}, {quantity}: {computed:g} {unit}, reference {reference:g}, error {error:+.2g}, "
+        "tolerance {tolerance:g}".format(**row)
         for _, row in rows_in(item.user_properties)
         if row["verdict"] == "NOT MET"
     ]
