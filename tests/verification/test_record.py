@@ -37,9 +37,7 @@ def test_a_row_outside_its_tolerance_fails_its_test_at_the_end_and_stands_on_the
     next(call)
     with pytest.raises(pytest.fail.Exception) as failed:
         call.send(None)
-    assert str(failed.value) == (
-        "Beam <1>, f₁: 110 Hz, reference 100, error +0.1, tolerance 0.05"
-    )
+    assert str(failed.value) == "Beam <1>, f₁: 110 Hz, reference 100, error +0.1, tolerance 0.05"
     page = page_of("Verification", pd.DataFrame(rows))
     assert "1 of 2 numbers" in page and "<h2>Beam &lt;1&gt;</h2>" in page
     assert page.count("<td>NOT MET</td>") == 1
