@@ -48,6 +48,21 @@ def test_the_agreement_is_that_of_points_that_both_have(compared):
     assert agreement(nowhere, "atlas") == {"name": "atlas", "points": 0}
 
 
+def test_the_variant_nearest_to_the_measurement_comes_first_and_is_shown(compared):
+    # simulated C_e of 350, 385 and 300 at a measured 385; one of them has a point more
+    variants = []
+    for friction, damping in ((0.1, 350.0), (0.3, 385.0), (0.5, 300.0)):
+        rows = compared.assign(**{"particles.friction": friction})
+        rows.loc[2, f"simulated_{C}"] = damping
+        variants.append(rows)
+    variants[1].loc[0, f"simulated_{C}"] = np.nan
+    (block,) = measured_section(pd.concat(variants), ["particles.friction"]).blocks
+    order = [variant["values"]["particles.friction"] for variant in block.values["variants"]]
+    assert order == [0.1, 0.5, 0.3]
+    shown = {row["particles.friction"] for row in block.values["quantities"][0]["rows"]}
+    assert shown == {0.1}
+
+
 def test_the_figure_has_a_column_for_each_fill_and_what_is_measured(compared):
     figure = measured_figure(compared)
     assert [axes.get_title("left") for axes in figure.axes] == ["r = 0.3", "r = 0.7"]

@@ -41,7 +41,7 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
     return tuple(
         case
         for varied, variant in coupon.variants()
-        for case in _swept(variant, {key: _plain(value) for key, value in varied.items()})
+        for case in _swept(variant, {key: plain(value) for key, value in varied.items()})
     )
 
 
@@ -155,8 +155,10 @@ def write_atlas(study: CouponStudy, table: Path, file: Path) -> None:
     rows.to_csv(file, index=False, float_format="%.6g")
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return a value for a table."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {entry}" for key, entry in value.items())
     if isinstance(value, list | tuple):
         return " ".join(f"{item:g}" for item in value)
     return value.name if isinstance(value, Path) else value

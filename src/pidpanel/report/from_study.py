@@ -1,10 +1,12 @@
 """Reports of studies: pages, the results they show and the files they read."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
-from pidpanel.coupon.from_study import cases_by_coupon
+from pidpanel.coupon.cases import Case
+from pidpanel.coupon.from_study import cases_by_coupon, plain
 from pidpanel.damping.atlas_files import read_atlas, version_text
 from pidpanel.damping.from_study import compare_measured, damper_model
 from pidpanel.geometry.cells import SHAPES
@@ -21,6 +23,7 @@ from pidpanel.report.templates import sentence
 from pidpanel.response.from_study import partly_known
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
+from pidpanel.study.coupon_study import VariedCoupon
 
 
 def write_study_page(
@@ -146,8 +149,21 @@ def read_coupon(study: CouponStudy, damper: str, table: Path) -> inputs.CouponRe
         is_design=alone is not None and alone.cases is not None,
         measured=None
         if alone is None or alone.measured is None
-        else compare_measured(coupon, alone.measured, rows),
+        else _compared(alone, alone.measured, cases, rows),
     )
+
+
+def _compared(
+    coupon: VariedCoupon, file: Path, cases: Mapping[str, Case], rows: pd.DataFrame
+) -> pd.DataFrame:
+    """Return the measured points with each variant of a coupon; see `compare_measured`."""
+    parts = []
+    for chosen, variant in coupon.variants():
+        varied = {key: plain(value) for key, value in chosen.items()}
+        labels = [label for label, case in cases.items() if case.varied == varied]
+        own = rows[rows["case"].isin(labels)]
+        parts.append(compare_measured(variant, file, own).assign(**varied))
+    return pd.concat(parts, ignore_index=True)
 
 
 def varied_keys(study: CouponStudy) -> list[str]:

@@ -1,6 +1,6 @@
 """Measured points on the page of a coupon, compared with simulated cases and the atlas."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
@@ -15,6 +15,7 @@ from pidpanel.report import layout, style
 from pidpanel.report.coupon_figures import ACCELERATION, FREQUENCY
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.text import records
+from pidpanel.response.trust import SIGNIFICANCE
 
 QUANTITIES = {DAMPING: ("Cₑ", "N s/m³"), MASS: ("mₐ", "kg/m²")}
 LOOKS: Mapping[str, Mapping[str, Any]] = {
@@ -24,15 +25,22 @@ LOOKS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def measured_section(compared: pd.DataFrame) -> PageSection:
+def measured_section(compared: pd.DataFrame, varied: Sequence[str] = ()) -> PageSection:
     """Return measured values, those of cases and of the atlas, and their differences.
 
     Parameters
     ----------
     compared
         Table returned by `measured.compared`.
+    varied
+        Columns by which simulated cases differ besides; only the values nearest are shown.
     """
+    variants = compare_variants(compared, varied) if varied else []
+    if variants:
+        compared = variants[0]["rows"]
     values = {
+        "variants": variants,
+        "close": sum(0 < variant.get("z", 0.0) < SIGNIFICANCE for variant in variants),
         "sources": [agreement(compared, source) for source in SOURCES[1:]],
         "drawing": figure_picture("measured", measured_figure, compared),
         "quantities": [
@@ -42,6 +50,18 @@ def measured_section(compared: pd.DataFrame) -> PageSection:
         ],
     }
     return template_section("measured.html", "Measured, simulated, atlas", values)
+
+
+def compare_variants(compared: pd.DataFrame, varied: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the `agreement` of measured points with each variant, the nearest first.
+
+    That is the one whose C_e differs least, of those with the most measured points.
+    """
+    variants = []
+    for _, rows in compared.groupby(list(varied), sort=False):
+        values = {key: rows[key].iloc[0] for key in varied}
+        variants.append({"values": values, "rows": rows, **agreement(rows, "simulated")})
+    return sorted(variants, key=lambda variant: (-variant["points"], variant.get("rms", 0.0)))
 
 
 def _given(compared: pd.DataFrame) -> list[str]:
@@ -54,15 +74,15 @@ def agreement(compared: pd.DataFrame, source: str) -> dict[str, Any]:
     ``ratio`` is the geometric mean of measured over the other, ``rms`` that of its logarithm, ``z``
     that of the difference over the standard error of both; 0 where no error is given.
     """
-    known = compared[(compared[f"measured_{DAMPING}"] > 0) & (compared[f"{source}_{DAMPING}"] > 0)]
-    if known.empty:
+    pairs = compared[(compared[f"measured_{DAMPING}"] > 0) & (compared[f"{source}_{DAMPING}"] > 0)]
+    if pairs.empty:
         return {"name": source, "points": 0}
-    difference, error = _difference(known, ("measured", source), DAMPING)
-    logarithm = np.log(known[f"measured_{DAMPING}"] / known[f"{source}_{DAMPING}"])
+    difference, error = _difference(pairs, ("measured", source), DAMPING)
+    logarithm = np.log(pairs[f"measured_{DAMPING}"] / pairs[f"{source}_{DAMPING}"])
     z = (difference / error)[error > 0]
     return {
         "name": source,
-        "points": len(known),
+        "points": len(pairs),
         "ratio": float(np.exp(logarithm.mean())),
         "rms": float(np.sqrt((logarithm**2).mean())),
         "z": float(np.sqrt((z**2).mean())) if len(z) else 0.0,
@@ -104,16 +124,16 @@ def _rows(compared: pd.DataFrame, quantity: str) -> list[dict[str, Any]]:
 def measured_figure(compared: pd.DataFrame) -> Figure:
     """Draw C_e and m_a over frequency or Γ: a column for each fill, a colour for each other."""
     over_g = compared["acceleration_g"].nunique() > compared["frequency_hz"].nunique()
-    x, other = (ACCELERATION, FREQUENCY) if over_g else (FREQUENCY, ACCELERATION)
+    x, second = (ACCELERATION, FREQUENCY) if over_g else (FREQUENCY, ACCELERATION)
     fills, quantities = sorted(compared["fill_fraction"].unique()), _given(compared)
-    levels = list(dict.fromkeys(sorted(compared[other.column])))
+    levels = list(dict.fromkeys(sorted(compared[second.column])))
     figure = Figure(figsize=(layout.WIDTH, 2.4 * len(quantities) + 0.5), layout="constrained")
     grid = figure.subplots(len(quantities), len(fills), squeeze=False, sharex=True, sharey="row")
     for line, quantity in zip(grid, quantities, strict=True):
         for axes, fill in zip(line, fills, strict=True):
             rows = compared[compared["fill_fraction"] == fill]
             for place, level in enumerate(levels):
-                curve = rows[rows[other.column] == level].sort_values(x.column)
+                curve = rows[rows[second.column] == level].sort_values(x.column)
                 for source, look in LOOKS.items():
                     axes.errorbar(
                         curve[x.column], curve[f"{source}_{quantity}"],
@@ -129,7 +149,7 @@ def measured_figure(compared: pd.DataFrame) -> Figure:
         axes.set_xlabel(x.label)
     handles = {source: Line2D([], [], color=layout.GREY, **look) for source, look in LOOKS.items()}
     handles |= {
-        f"{other.symbol} = {level:.4g}": Line2D([], [], color=_colour(place))
+        f"{second.symbol} = {level:.4g}": Line2D([], [], color=_colour(place))
         for place, level in enumerate(levels)
     }
     layout.add_legend(figure, 6, handles)

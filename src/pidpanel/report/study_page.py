@@ -275,7 +275,7 @@ def coupon_page(
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
-    measured = [] if coupon.measured is None else [measured_section(coupon.measured)]
+    measured = [] if coupon.measured is None else [measured_section(coupon.measured, keys)]
     sections = [coupon_section(coupon._replace(shot=None), varied=keys)]
     if not coupon.is_design:
         sections.append(losses_section(good))

@@ -59,7 +59,7 @@ class VariedCoupon(Coupon):
     measured: Annotated[Path, file_in()] | None = None
     """CSV table of measured C_e and m_a of these particles in this cell, with the columns of a
     [table of damping](../tables.md#tables) and an amplitude in each row. The report compares them
-    with the simulated cases and the atlas."""
+    with the simulated cases and the atlas; with ``vary`` it names the values that differ least."""
 
     @model_validator(mode="before")
     @classmethod
@@ -115,8 +115,8 @@ class VariedCoupon(Coupon):
         return {**vary, "deck": tuple(decks)}
 
     def _mistakes_of_runs(self) -> Iterator[Mistake]:
-        if self.measured is not None and (self.vary or self.cases or len(self.diameters) > 1):
-            message = "not allowed together with vary, cases or several diameters"
+        if self.measured is not None and (self.cases or len(self.diameters) > 1):
+            message = "not allowed together with cases or several diameters"
             yield Mistake(("measured",), message)
         if self.cases is not None:
             yield from self._mistakes_of_cases(self.cases)
