@@ -13,11 +13,13 @@ from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import mistakes_of_name
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
-from pidpanel.study.requirements import mistakes_of_coupon, mistakes_of_fill
+from pidpanel.study.requirements import REMEDY, mistakes_of_coupon, mistakes_of_fill
 from pidpanel.study.stated_dampers import MassPerArea
 from pidpanel.study.sweep import Frequency, Gamma
 
 GIVEN = {"cell", "particles", "gravity_g", "gravity_direction"}  # keys of the coupon
+# Remedy for beds outside the atlas
+SIMULATION = "; a study with coupon.measured and coupon.vary simulates it (docs/identify.md)"
 IDENTIFIED = ("restitution", "friction")  # keys of its particles that are not given
 
 
@@ -97,7 +99,8 @@ class Identification(SectionModel):
         for key in IDENTIFIED:
             if key in self.coupon.particles.model_fields_set:
                 yield Mistake(("coupon", "particles", key), "is identified; omit it")
-        yield from (mistake.prefix("coupon") for mistake in mistakes_of_coupon(self.coupon))
+        for keys, message, _ in mistakes_of_coupon(self.coupon):
+            yield Mistake(("coupon", *keys), message.replace(REMEDY, SIMULATION))
         if self.fill_fraction is not None:
             yield from mistakes_of_fill(("fill_fraction",), self.fill_fraction)
         if "fill_fraction_error" in self.model_fields_set and self.fill_fraction is None:
