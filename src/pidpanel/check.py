@@ -16,7 +16,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.polygon import overlap
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.base import OVERALL
-from pidpanel.study.base_motion import BaseMotion, Limits, RandomMotion
+from pidpanel.study.base_motion import BaseMotion, Notching, RandomMotion
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
@@ -293,7 +293,7 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
         message = f"must overlap the table {random.spectrum.name}, {low:g} to {high:g} Hz"
         yield Mistake(("response", "frequency_hz"), message)
     psd, rms = float(spectrum.psd.min()) * DEEPEST, math.sqrt(DEEPEST) * spectrum.rms
-    limits, mass = motion.limits or Limits(), _mass_of(study.panel)
+    limits, mass = motion.notching or Notching(), _mass_of(study.panel)
     bounds: list[tuple[Keys, object, Mapping[str, float], str]] = [
         (("points", name), limit, {"psd_g2_hz": psd, "rms_g": rms}, "all of the input")
         for name, limit in limits.points.items()
@@ -307,7 +307,7 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
             value = getattr(limit, key)
             if value is not None and value < lowest:
                 message = f"must be at least {lowest:.2g}, 30 dB below {words}; lower the input"
-                yield Mistake(("base", "limits", *way, key), message)
+                yield Mistake(("base", "notching", *way, key), message)
 
 
 def _mass_of(panel: Panel) -> float | None:

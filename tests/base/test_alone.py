@@ -125,7 +125,7 @@ def test_coupled_runs_move_the_supports_of_a_study_without_sound(
     path = tmp_path / "coupled.yaml"
     if new == "  x-random:":
         lines = [
-            line for line in text.splitlines() if not line.startswith(("  random", "  limits"))
+            line for line in text.splitlines() if not line.startswith(("  random", "  notching"))
         ]
         text, old, new = "\n".join(lines), "", ""
     path.write_text(text.replace(old, new) if old else text)

@@ -174,10 +174,10 @@ def test_every_column_and_variable_is_described(shaken):
 
 def test_a_study_of_a_sine_alone_has_no_random_motion(tmp_path):
     text = (HERE / "shaken.yaml").read_text()
-    lines = [line for line in text.splitlines() if not line.startswith(("  random", "  limits"))]
+    lines = [line for line in text.splitlines() if not line.startswith(("  random", "  notching"))]
     path = tmp_path / "sine.yaml"
     path.write_text("\n".join(lines))
-    assert load_study(path).base.parts == {"random": False, "limits": False, "sine": True}
+    assert load_study(path).base.parts == {"random": False, "notching": False, "sine": True}
 
 
 def test_measurements_under_base_motion_are_compared_with_the_base(shaken, tmp_path):
@@ -256,7 +256,7 @@ def test_peaks_of_a_sweep_have_the_errors_of_their_lines(shaken):
 def test_the_stated_error_of_the_mesh_is_that_against_a_finer_one(shaken, tmp_path):
     values = yaml.safe_load((HERE / "shaken.yaml").read_text())
     values["panel"]["mesh"]["elements"] = [30, 20]
-    del values["base"]["sine"], values["base"]["limits"]
+    del values["base"]["sine"], values["base"]["notching"]
     study = tmp_path / "fine.yaml"
     study.write_text(yaml.safe_dump(values))
     folder = run_stages(load_study(study), tmp_path)

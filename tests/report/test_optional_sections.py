@@ -28,7 +28,7 @@ WRITTEN = {
     "strength of layers alone": SOUND + "severity: {strength: {layers: {tension_1_mpa: 300, "
     "compression_1_mpa: 300, tension_2_mpa: 300, compression_2_mpa: 300, shear_mpa: 170}}}",
     "limits alone": SOUND + "limits: {middle: {psd: limit.csv}}",
-    "limits of base motion, empty": SHAKER.replace("}}", "}, limits: {}}"),
+    "notching of base motion, empty": SHAKER.replace("}}", "}, notching: {}}"),
     "limits of an rms value on a shaker": SHAKER + "limits: {middle: {rms_g: 20}}",
     "a sine sweep alone": "base: {sine: {frequency_hz: [60, 180], acceleration_g: 0.5}}",
 }

@@ -15,7 +15,7 @@ rule base:
         psd=[results("base/psd.nc")] if BASE_PARTS["random"] else [],
         psd_table=[results("base/psd.csv")] if BASE_PARTS["random"] else [],
         summary=[results("base/summary.csv")] if BASE_PARTS["random"] else [],
-        notched=[results("base/notched.csv")] if BASE_PARTS["limits"] else [],
+        notched=[results("base/notched.csv")] if BASE_PARTS["notching"] else [],
         sine=[results("base/sine.nc")] if BASE_PARTS["sine"] else [],
         sine_table=[results("base/sine.csv")] if BASE_PARTS["sine"] else [],
     log:

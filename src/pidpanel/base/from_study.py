@@ -116,10 +116,10 @@ def base_labels(study: Study) -> dict[str, str]:
 
 def limits_of(motion: BaseMotion, points: Sequence[str]) -> list[Limit]:
     """Return the limits of a study in SI, by the places of the points and then the interface."""
-    if motion.limits is None:
+    if motion.notching is None:
         return []
-    g, force, stated = STANDARD_GRAVITY, motion.limits.force, []
-    for name, limit in motion.limits.points.items():
+    g, force, stated = STANDARD_GRAVITY, motion.notching.force, []
+    for name, limit in motion.notching.points.items():
         place = list(points).index(name)
         stated.append((place, f"point {name}", limit.psd_g2_hz, "g²/Hz", g**2))
         stated.append((place, f"point {name}", limit.rms_g, "g rms", g))

@@ -71,7 +71,7 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
             names["base"] |= {"psd": "base/psd.nc", "psd_table": "base/psd.csv"}
             names["base"] |= {"summary": "base/summary.csv"}
             names["base_export"] = {"folder": "base/export"}
-        if parts["limits"]:
+        if parts["notching"]:
             names["base"]["notched"] = "base/notched.csv"
         if parts["sine"]:
             names["base"] |= {"sine": "base/sine.nc", "sine_table": "base/sine.csv"}

@@ -89,7 +89,7 @@ class MeasurementResults(NamedTuple):
 
 
 class BaseResults(NamedTuple):
-    """Results of the base stage; None for a motion or limits that the study does not have."""
+    """Results of the base stage; None for a motion or notching that the study does not have."""
 
     modes: pd.DataFrame  # ``base/modes.csv``
     summary: pd.DataFrame | None  # ``base/summary.csv``
@@ -164,13 +164,13 @@ def _tables(folder: Path, *names: str) -> dict[str, pd.DataFrame]:
 
 
 def read_base(folder: Path, parts: Mapping[str, bool]) -> BaseResults:
-    """Read what the base stage left of the motions and limits that a study has."""
+    """Read what the base stage left of the motions and notching that a study has."""
     random, sine = parts["random"], parts["sine"]
     return BaseResults(
         read_csv(folder / "modes.csv"),
         read_by_point(folder / "summary.csv") if random else None,
         read_netcdf(folder / "psd.nc") if random else None,
-        read_by_point(folder / "notched.csv").fillna({"reason": ""}) if parts["limits"] else None,
+        read_by_point(folder / "notched.csv").fillna({"reason": ""}) if parts["notching"] else None,
         read_by_point(folder / "sine.csv") if sine else None,
         read_netcdf(folder / "sine.nc") if sine else None,
     )

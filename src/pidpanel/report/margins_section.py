@@ -29,16 +29,17 @@ def margin_lines(study: Study, margins: pd.DataFrame) -> list[str]:
     results, groups = [], margins.groupby("excitation", sort=False)
     for excitation, group in groups:
         rows = group[group["scenario"].isin(at_level)] if excitation == "sound" else group
-        least = rows.loc[rows.groupby("scenario", sort=False)["margin_db"].idxmin()]
-        is_bare = least["scenario"].isin(bare)
-        best = least[~is_bare].sort_values("margin_db", ascending=False, kind="stable")
-        chosen = [*records(best.head(1)), *records(least[is_bare].head(1))]
+        rows = group if rows.empty else rows
+        minima = rows.loc[rows.groupby("scenario", sort=False)["margin_db"].idxmin()]
+        is_bare = minima["scenario"].isin(bare)
+        best = minima[~is_bare].sort_values("margin_db", ascending=False, kind="stable")
+        cases = [*records(best.head(1)), *records(minima[is_bare].head(1))]
         count = len(group.drop_duplicates(["point", "quantity"]))
-        named = with_names(pd.DataFrame(chosen), scenario_names(study))
+        table = with_names(pd.DataFrame(cases), scenario_names(study))
         results.append(
             {
                 "under": EXCITATIONS[str(excitation)] if len(groups) > 1 else "",
-                "rows": [{**row, "doubts": doubts_in(row)} for row in records(named)],
+                "rows": [{**row, "doubts": doubts_in(row)} for row in records(table)],
                 "count": count,
             }
         )
@@ -54,10 +55,10 @@ def scenario_names(study: Study) -> dict[str, str]:
 def margins_section(study: Study, margins: pd.DataFrame) -> PageSection:
     """Return the least margin of each scenario to each limit."""
     case: Sequence[str] = [*CASE, "point", "quantity"]
-    least = margins.loc[margins.groupby(list(case), sort=False)["margin_db"].idxmin()]
+    minima = margins.loc[margins.groupby(list(case), sort=False)["margin_db"].idxmin()]
     values = {
-        "rows": records(with_names(least, scenario_names(study))),
-        "has_excitations": least["excitation"].nunique() > 1,
-        "has_bands": bool((least["quantity"] == "psd").any()),
+        "rows": records(with_names(minima, scenario_names(study))),
+        "has_excitations": minima["excitation"].nunique() > 1,
+        "has_bands": bool((minima["quantity"] == "psd").any()),
     }
     return template_section("margins.html", "Margins to the limits", values)

@@ -65,11 +65,11 @@ def distance(rms: float, band_rms: Array, coupled: CoupledRun) -> Distance:
     }
     return Distance(
         float(relative), float(error), band, float(gap[band]), float(coupled.band_error_db[band]),
-        least(outcomes),
+        combined(outcomes),
     )  # fmt: skip
 
 
-def least(outcomes: Collection[Holds]) -> Holds:
+def combined(outcomes: Collection[Holds]) -> Holds:
     """Return the combined outcome: no outweighs open, and open outweighs yes."""
     return "no" if "no" in outcomes else "open" if "open" in outcomes else "yes"
 

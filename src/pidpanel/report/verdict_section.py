@@ -10,7 +10,7 @@ from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import add_legend, figure_of_axes
 from pidpanel.report.text import records
-from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, least
+from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, combined
 from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
 
 DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}  # curves that are no damping model, in grey
@@ -27,7 +27,7 @@ def worst(verdict: pd.DataFrame) -> pd.DataFrame:
         band = group.iloc[int(group["band_difference_db"].abs().to_numpy().argmax())]
         rms = group.iloc[int(group["difference"].abs().to_numpy().argmax())]
         terms = {"difference": rms["difference"], "rms_error": rms["coupled_g_rms_relative_error"]}
-        rows.append({**dict(band), **terms, "holds": least(set(group["holds"]))})
+        rows.append({**dict(band), **terms, "holds": combined(set(group["holds"]))})
     return pd.DataFrame(rows)
 
 

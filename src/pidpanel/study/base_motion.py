@@ -63,8 +63,8 @@ class InterfaceLimit(SectionModel):
     needed: ClassVar = ("psd_n2_hz", "rms_n")
 
 
-class Limits(SectionModel):
-    """Limits that the random input is notched for."""
+class Notching(SectionModel):
+    """Limits that the random input is lowered to meet, band by band."""
 
     points: Mapping[str, PointLimit] = {}
     """Limits of the acceleration, by response point."""
@@ -82,21 +82,22 @@ class BaseMotion(SectionModel):
     """Random motion."""
     sine: SineMotion | None = None
     """Sine sweep."""
-    limits: Limits | None = None
-    """Limits for notching the random motion."""
+    notching: Notching | None = None
+    """Limits that lower the random motion; those of ``limits`` judge and lower nothing."""
+    removed_keys: ClassVar[Mapping[str, str]] = {"limits": "is called notching, with the same keys"}
     needed: ClassVar = ("random", "sine")
 
     @property
     def parts(self) -> dict[str, bool]:
-        """Parts that the section has; limits without a value are none."""
-        has_limits = self.limits is not None and bool(self.limits.points or self.limits.force)
+        """Parts that the section has; notching without a limit is none."""
+        lowers = self.notching is not None and bool(self.notching.points or self.notching.force)
         has_random, has_sine = self.random is not None, self.sine is not None
-        return {"random": has_random, "limits": has_limits, "sine": has_sine}
+        return {"random": has_random, "notching": lowers, "sine": has_sine}
 
     def mistakes(self) -> Iterator[Mistake]:
-        """Yield limits without a random motion."""
-        if self.limits is not None and self.random is None:
-            yield Mistake(("limits",), "only allowed with base.random")
+        """Yield notching without a random motion."""
+        if self.notching is not None and self.random is None:
+            yield Mistake(("notching",), "only allowed with base.random")
 
 
 def sound_or_base(sound: Any, info: ValidationInfo) -> Any:

@@ -56,8 +56,8 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
     if sine is not None and sine.frequency_hz[1] > high:
         message = f"must be at most the highest of response.frequency_hz, {high:g}"
         yield Mistake(("base", "sine", "frequency_hz", 1), message)
-    for name in study.base.limits.points if study.base.limits else ():
-        yield from mistakes_of_point(study, name, ("base", "limits", "points", name))
+    for name in study.base.notching.points if study.base.notching else ():
+        yield from mistakes_of_point(study, name, ("base", "notching", "points", name))
     supports = study.panel.support_input
     if supports.outline == supports.holes == "free" and not (supports.edges or supports.points):
         yield Mistake(("panel", "supports"), "a free panel has no supports that base moves")

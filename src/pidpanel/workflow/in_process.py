@@ -161,24 +161,7 @@ def _branches(
                 with _stage("base_export", log):
                     folder = stages["base_export"].folder
                     write_base_export(study, upstream.modes, shaken.psd, shaken.summary, folder)
-        if study.limits:
-            from pidpanel.severity.from_study import write_margins
-
-            with _stage("margins", log):
-                moved = {f"base_{key}": shaken.several(key) for key in ("psd", "summary")}
-                read = Files(everything.all | moved)
-                write_margins(study, read, stages["margins"].margins)
-        if study.measurements:
-            from pidpanel.measurement.from_study import write_measurements
-
-            with _stage("measurement", log):
-                motion = shaken.get("psd") or shaken.get("sine")
-                curves, output = (
-                    {"sound": everything.get("psd"), "base": motion},
-                    stages["measurement"],
-                )
-                tables = output.measured, output.differences
-                write_measurements(study, curves, *tables, everything, output.get("hammer"))
+        _compare(study, everything, stages, log)
 
     def optimise() -> None:
         from pidpanel.optimise.from_study import write_proposal
@@ -192,6 +175,25 @@ def _branches(
         yield maps
         yield export
     yield base
+
+
+def _compare(study: Study, everything: Files, stages: dict[str, Files], log: TextIO) -> None:
+    """Compare the responses with limits and measurements."""
+    shaken = stages.get("base", Files({}))
+    if study.limits:
+        from pidpanel.severity.from_study import write_margins
+
+        with _stage("margins", log):
+            moved = {f"base_{key}": shaken.several(key) for key in ("psd", "summary")}
+            write_margins(study, Files(everything.all | moved), stages["margins"].margins)
+    if study.measurements:
+        from pidpanel.measurement.from_study import write_measurements
+
+        with _stage("measurement", log):
+            motion = shaken.get("psd") or shaken.get("sine")
+            curves, output = {"sound": everything.get("psd"), "base": motion}, stages["measurement"]
+            tables = output.measured, output.differences
+            write_measurements(study, curves, *tables, everything, output.get("hammer"))
 
 
 @contextmanager
