@@ -3,9 +3,13 @@
 The stages run as they do in the workflow, without LIGGGHTS.
 """
 
+import numpy as np
+import pandas as pd
 import pytest
 
+from pidpanel.api import Model
 from pidpanel.check import checked_study
+from pidpanel.report.margins_section import margin_lines
 from pidpanel.study import StudyError
 from pidpanel.workflow.in_process import compute
 
@@ -46,6 +50,25 @@ def checked(folder, text):
 def test_a_section_alone_has_its_page(tmp_path, section):
     compute(*checked(tmp_path, WRITTEN[section]), tmp_path, 1)
     assert (tmp_path / "results" / "trial" / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_margins_are_those_of_the_summary_and_the_page_begins_with_the_best(tmp_path):
+    study, path = checked(tmp_path, SOUND + SHAKER + "limits: {middle: {rms_g: 20}}")
+    compute(study, path, tmp_path, 1)
+    folder = tmp_path / "results" / "trial"
+    tables = {"sound": "response/summary.csv", "base": "base/summary.csv"}
+    margins = pd.read_csv(folder / "severity" / "margins.csv").set_index("excitation")
+    for excitation, name in tables.items():
+        rms = pd.read_csv(folder / name).set_index("scenario")["acceleration_rms_g"]
+        rows = margins.loc[excitation].set_index("scenario")
+        np.testing.assert_allclose(rows["margin_db"], 20 * np.log10(20 / rms), atol=1e-4)
+        assert (rows["verdict"] == np.where(rms <= 20, "met", "exceeded")).all()
+    summary = Model(path, tmp_path).summary().set_index("scenario")
+    expected = margins.loc["sound"].set_index("scenario")["margin_db"]
+    np.testing.assert_allclose(summary["margin_db"], expected, atol=1e-4)
+    page = (folder / "report.html").read_text()
+    assert all(line in page for line in margin_lines(study, margins.reset_index()))
 
 
 def test_limits_without_a_random_motion_are_refused_in_one_line(tmp_path):
