@@ -54,13 +54,19 @@ def test_a_section_alone_has_its_page(tmp_path, section):
 
 @pytest.mark.slow
 def test_margins_are_those_of_the_summary_and_the_page_begins_with_the_best(tmp_path):
-    study, path = checked(tmp_path, SOUND + SHAKER + "limits: {middle: {rms_g: 20}}")
+    notched = SHAKER.replace("}}", "}, notching: {points: {middle: {rms_g: 12}}}}")
+    study, path = checked(tmp_path, SOUND + notched + "limits: {middle: {rms_g: 20}}")
     compute(study, path, tmp_path, 1)
     folder = tmp_path / "results" / "trial"
-    tables = {"sound": "response/summary.csv", "base": "base/summary.csv"}
+    base = pd.read_csv(folder / "base" / "summary.csv")
+    tables = {
+        "sound": pd.read_csv(folder / "response" / "summary.csv"),
+        "base": base[base["input"] == "stated"],
+        "notched base": base[base["input"] == "notched"],
+    }
     margins = pd.read_csv(folder / "severity" / "margins.csv").set_index("excitation")
-    for excitation, name in tables.items():
-        rms = pd.read_csv(folder / name).set_index("scenario")["acceleration_rms_g"]
+    for excitation, table in tables.items():
+        rms = table.set_index("scenario")["acceleration_rms_g"]
         rows = margins.loc[excitation].set_index("scenario")
         np.testing.assert_allclose(rows["margin_db"], 20 * np.log10(20 / rms), atol=1e-4)
         assert (rows["verdict"] == np.where(rms <= 20, "met", "exceeded")).all()
