@@ -24,6 +24,8 @@ several = partial(option, multiple=True)
 @force
 @option("--title", help="title of the report (default: the name of the file)")
 @option("--size", type=SIZE, default="1.5x1.0", help="edges of the panel [m]")
+@option("--mesh", type=FILE, help="Nastran deck or gmsh file: mesh, supports, sandwich of a PCOMP")
+@option("--unit-m", type=ABOVE_ZERO, help="length unit of the mesh [m] (1, or 0.001 by its extent)")
 @several("--hold-down", "hold_downs", type=PLACE, help="hold-down of 2 cm radius [m]; repeatable")
 @option("--supports", type=EDGES, help="edges (default: simply_supported; free with hold-downs)")
 @option("--section", type=SECTIONS, default="sandwich", help="kind of the panel's section")
@@ -48,7 +50,8 @@ several = partial(option, multiple=True)
 def new(file: Path, force: bool, **options: Any) -> None:
     """Write a commented study, which is then edited.
 
-    The panel is rectangular. Each option has a default; the study states its assumptions.
+    The panel is rectangular, or that of --mesh. Each option has a default; the study states its
+    assumptions.
     """
     from pidpanel.cli.draft import Draft, write
 
