@@ -170,6 +170,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     return {
         **vars(draft),
         "draft": draft,
+        "limits": _limits(draft, file),
         "laminate": draft.deck.section if draft.deck and draft.section == "sandwich" else {},
         "refine": 0,
         "mesh": _relative_path(str(draft.mesh), file) if draft.mesh else "",
@@ -189,6 +190,22 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "high": high if high == HIGHEST else round(high - 0.05, 1),
         "schema": (WORKFLOW / "schemas" / "study.schema.json").as_uri(),
     }
+
+
+def _limits(draft: Draft, file: Path) -> dict[str, dict[str, Any]]:
+    """Return the section ``limits``: numbers [g rms] and tables of PSDs by point."""
+    names = [f"P{number}" for number in range(1, 3 + len(draft.points))]
+    names += ["corner"] if draft.edges == "free" else []
+    limits: dict[str, dict[str, Any]] = {}
+    for text in draft.limits:
+        point, _, value = text.rpartition("=")
+        try:
+            limit: dict[str, Any] = {"rms_g": float(value)}
+        except ValueError:
+            limit = {"psd": _relative_path(value, file)}
+        for name in [point] if point else names:
+            limits[name] = {**limits.get(name, {}), **limit}
+    return limits
 
 
 def _fills(table: Path) -> Sequence[float]:

@@ -1,4 +1,4 @@
-"""`pidpanel new --mesh`: what a study takes from a Nastran deck."""
+"""`pidpanel new`: what a study takes from files: a Nastran deck, limits."""
 
 import pytest
 
@@ -136,3 +136,33 @@ def test_a_deck_that_cannot_be_read_is_told_in_one_line(tmp_path, monkeypatch, c
         said = capsys.readouterr().err
         assert words in said and said.count("\n") == 1
     assert not (tmp_path / "mine.yaml").exists()
+
+
+# ------------------------------------------------------------------ limits
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (["25"], {"P1": (25, None), "P2": (25, None)}),
+        (["P1=25", "P2=30"], {"P1": (25, None), "P2": (30, None)}),
+        (["30", "P1=25"], {"P1": (25, None), "P2": (30, None)}),
+        (["P2=limit.csv", "P2=25"], {"P2": (25, "limit.csv")}),
+    ],
+)
+def test_limits_hold_at_the_point_that_they_name_or_at_all(tmp_path, monkeypatch, given, expected):
+    monkeypatch.chdir(tmp_path)
+    table = "frequency_hz,acceleration_psd_g2_hz\n30,0.5\n2000,0.5\n"
+    (tmp_path / "limit.csv").write_text(table)
+    options = [word for limit in given for word in ("--limits", limit)]
+    assert main(["new", "mine.yaml", *options]) == 0
+    limits = load_study(tmp_path / "mine.yaml").limits
+    found = {point: (limit.rms_g, limit.psd and limit.psd.name) for point, limit in limits.items()}
+    assert found == expected
+
+
+def test_a_limit_at_no_point_is_told_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine.yaml", "--limits", "A9=25"]) == 2
+    said = capsys.readouterr().err
+    assert "limits" in said and "A9" in said and said.count("\n") == 1
