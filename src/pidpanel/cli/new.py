@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force
+from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force, print_next
 
 ABOVE_ZERO = click.FloatRange(0, min_open=True)
 EDGES = click.Choice(["simply_supported", "clamped", "free"])
@@ -57,4 +57,5 @@ def new(file: Path, force: bool, **options: Any) -> None:
     from pidpanel.cli.draft import Draft, write
 
     write(Draft(**options), file, force=force)
-    print(f"{file}: written; next: pidpanel check {file}")
+    print(f"{file}: written")
+    print_next(file, Path(), "check")
