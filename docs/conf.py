@@ -9,7 +9,7 @@ sys.path.insert(0, str(HERE / "_ext"))
 
 project = "pidpanel"
 copyright = "pidpanel developers"
-extensions = ["myst_parser", "mathml"]
+extensions = ["myst_parser", "mathml", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 html_theme = "furo"
@@ -20,6 +20,10 @@ html_copy_source = False
 html_show_sourcelink = False
 exclude_patterns = ["_ext", "_static"]
 nitpicky = True
+nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages, whose pages are not at hand
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
 pygments_style = "default"
 
 

@@ -217,6 +217,7 @@ SAYS = {
     "measured_table": "middle_r0.8_145dB",
     "own_bdf": "mode 5",
     "own_bead": "equivalent_damping_n_s_m3",
+    "own_modes": "m s-2 rms",
     "own_spectrum": "137.0 dB overall",
     "two_layouts": "the lower rms at the worst point has: one",
 }

@@ -135,11 +135,14 @@ def read_rows(
 
 
 def faults_of_names(
-    header: Sequence[str], allowed: Sequence[str], elsewhere: Mapping[str, str] | None = None
+    header: Sequence[str],
+    allowed: Sequence[str],
+    elsewhere: Mapping[str, str] | None = None,
+    titles: Sequence[str] = (),
 ) -> Iterator[str]:
     """Yield the names of columns that are unknown or given twice; all of them if they are numbers.
 
-    ``elsewhere`` has messages for columns of other tables.
+    ``elsewhere`` has messages for columns of other tables, ``titles`` the names in the file.
 
     Examples
     --------
@@ -153,7 +156,9 @@ def faults_of_names(
         if name not in allowed:
             yield (elsewhere or {}).get(name) or _unknown(name, place, allowed)
         elif name in header[:place]:
-            yield f"column {name}: given twice"
+            pair = sorted({titles[header.index(name)], titles[place]}) if titles else []
+            both = f", {' and '.join(map(repr, pair))}; keep one" if len(pair) > 1 else ""
+            yield f"column {name}: given twice{both}"
 
 
 def are_numbers(header: Sequence[str]) -> bool:
@@ -242,7 +247,7 @@ def numbers(
     """
     header, faults = text.header, LineFaults(text.path)
     if header_faults is None:
-        header_faults = list(faults_of_names(header, tuple(columns))) or [
+        header_faults = list(faults_of_names(header, tuple(columns), titles=text.titles)) or [
             f"column {name}: missing"
             for name, allowed in columns.items()
             if not allowed.may_be_missing and name not in header

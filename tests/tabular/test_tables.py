@@ -110,7 +110,7 @@ def test_steps_high_levels_and_low_frequencies_of_an_input(written):
         (read_pressure, "f,SPL [dB(A)]\n800,120\n1000,121\n", "'SPL [dB(A)]': must be in dB"),
         (read_pressure, "f,A-weighted SPL (dB)\n800,120\n1000,121\n", "'A-weighted SPL (dB)': unknown"),
         (read_pressure, "Frequency,SPL\nHz,dBA\n800,120\n1000,121\n", "spl_db = 'dBA'"),
-        (read_pressure, "f,L1 (dB),L2 (dB)\n800,120,1\n1000,121,2\n", "column spl_db: given twice"),
+        (read_pressure, "f,L1 (dB),L2 (dB)\n800,120,1\n1000,121,2\n", "spl_db: given twice, 'L1 (dB)' and 'L2 (dB)'"),
         (read_pressure, "f,L\n800,120\n1000,121\nOASPL,128\n", "line 4: states 128 dB, its bands sum to 123.5"),
         (read_pressure, "1,000;120\n2,000;121\n", "line 1: '1,000' may be 1000 or 1.000"),
         (read_pressure, "f;L\n800;120,5\n1000;121.5\n", "line 3: '121.5' has another mark of decimals"),

@@ -1,39 +1,29 @@
 """The workflow as a module of another one, as the workflow catalogue deploys it."""
 
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import yaml
 
-from tests.commands import call, said
+from tests.commands import call, jobs, said
 from tests.workflow.test_workflow import ROOT
 
-PARENT = """
-configfile: "config/config.yaml"
+PAGE = (ROOT / "config" / "README.md").read_text(encoding="utf-8")
 
 
-module pidpanel:
-    snakefile:
-        "{snakefile}"
-    config:
-        config
-
-
-use rule * from pidpanel as pidpanel_*
-
-
-rule mine:
-    default_target: True
-    input:
-        rules.pidpanel_all.input,
-    output:
-        "mine.txt",
-    shell:
-        "touch {{output}}"
-"""
+def shown(heading):
+    """The Snakefile that the page shows below a heading, with the workflow of this checkout."""
+    section = PAGE.split(f"## {heading}\n")[1].split("\n## ")[0]
+    text = "\n\n".join(re.findall(r"^```python\n(.*?)^```", section, re.MULTILINE | re.DOTALL))
+    github = re.compile(r"github\([^)]*\)")
+    return github.sub('"workflow/Snakefile"', text).replace(
+        '"workflow/Snakefile"', repr(str(ROOT / "workflow" / "Snakefile"))
+    )
 
 
 def dry_run(folder, *options):
@@ -47,11 +37,48 @@ def test_another_workflow_takes_all_rules_for_the_study_that_it_names(tmp_path):
     config = (ROOT / "config" / "config.yaml").read_text()
     (tmp_path / "config" / "config.yaml").write_text(config)
     snakefile = tmp_path / "Snakefile"
-    snakefile.write_text(PARENT.format(snakefile=ROOT / "workflow" / "Snakefile"))
+    snakefile.write_text(shown("As a module of another workflow"))
     said = dry_run(tmp_path, "-s", snakefile)
     name = Path(yaml.safe_load(config)["study"]).stem
     assert f"results/{name}/report.html" in said
     assert "pidpanel_response" in said and "rule mine" in said
+
+
+def test_several_studies_in_one_dag_have_results_of_their_own(tmp_path, write_study, table_values):
+    stiff = table_values()
+    stiff["panel"]["section"]["bending_stiffness_n_m"] = 5000
+    for name, values in (("door", table_values()), ("wing", stiff)):
+        write_study(tmp_path, name, values)
+    snakefile = tmp_path / "Snakefile"
+    snakefile.write_text(shown("Several studies in one DAG"))
+    options = ["-s", snakefile, "-d", tmp_path, "-j2"]
+    planned = jobs(call(*options, "-n"))
+    assert planned["both"] == planned["door_report"] == planned["wing_report"] == 1
+    tables = [f"results/{name}/panel/modes.csv" for name in ("door", "wing")]
+    result = call(*options, *tables)
+    assert result.returncode == 0, said(result)
+    door, wing = (pd.read_csv(tmp_path / table)["frequency_hz"][0] for table in tables)
+    assert wing / door == pytest.approx((5000 / 3273.07) ** 0.5, rel=1e-3)
+
+
+def test_a_sweep_over_a_key_is_a_module_for_each_value(tmp_path, write_study, table_values):
+    write_study(tmp_path, "small", table_values())
+    (tmp_path / "Snakefile").write_text(shown("A sweep over keys").split("ruleorder")[0])
+    result = call("-s", tmp_path / "Snakefile", "-d", tmp_path, "-j2")
+    assert result.returncode == 0, said(result)
+    low, high = (
+        pd.read_csv(tmp_path / f"results/{name}/response/summary.csv")["acceleration_rms_g"]
+        for name in ("low", "high")
+    )
+    assert (high < low).all()
+
+
+def test_variants_of_a_simulated_study_share_its_runs(tmp_path):
+    shutil.copy(ROOT / "workflow" / "studies" / "smoke.yaml", tmp_path / "small.yaml")
+    (tmp_path / "Snakefile").write_text(shown("A sweep over keys"))
+    planned = jobs(call("-n", "-s", tmp_path / "Snakefile", "-d", tmp_path, "-j2"))
+    assert planned["low_shake"] > 0 and "high_shake" not in planned
+    assert planned["low_response"] == planned["high_response"] == 1
 
 
 def test_the_catalogue_finds_what_it_asks_for():

@@ -224,46 +224,6 @@ def test_a_cluster_and_a_container_plan_the_same_jobs(tmp_path, write_study, tab
     assert set(jobs(call(*places, *options, PATH=path))) == ALL
 
 
-SWEEP = """
-{modules}
-
-rule compare:
-    default_target: True
-    input:
-        expand("results/ratio_{{number}}/response/summary.csv", number=[0, 1]),
-    output:
-        "compared.txt",
-    shell:
-        "cat {{input}} > {{output}}"
-"""
-MODULE = """
-module ratio_{number}:
-    snakefile:
-        "{snakefile}"
-    config:
-        {{"study": "small.yaml", "name": "ratio_{number}", "panel": {{"damping_ratio": {ratio}}}}}
-
-use rule * from ratio_{number} as ratio_{number}_*
-"""
-
-
-def test_a_sweep_over_a_key_is_a_module_for_each_value(copied):
-    # docs/asking.md
-    snakefile = ROOT / "workflow" / "Snakefile"
-    modules = "".join(
-        MODULE.format(number=k, ratio=ratio, snakefile=snakefile)
-        for k, ratio in enumerate((0.01, 0.04))
-    )
-    (copied / "Snakefile").write_text(SWEEP.format(modules=modules))
-    result = call("-s", copied / "Snakefile", "-d", copied, "-j2", "--rerun-incomplete")
-    assert result.returncode == 0, said(result)
-    rms = [
-        pd.read_csv(copied / f"results/ratio_{k}/response/summary.csv")["acceleration_rms_g"]
-        for k in (0, 1)
-    ]
-    assert (rms[1] < rms[0]).all()
-
-
 # ------------------------------------------------------------------ pidpanel run
 
 

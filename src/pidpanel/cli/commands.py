@@ -163,7 +163,8 @@ def optimise(file: Path, jobs: int, directory: Path, write: Path | None, force: 
     status = run_study(file, directory, jobs)
     if status == 0 and write is not None:
         write_study(file, directory / "results" / study.name / "optimise" / "layouts.csv", write)
-        print(f"{write}: written; next: pidpanel check {write}")
+        print(f"{write}: written")
+        print_next(write, directory, "check")
     elif status == 0:
         print_next(file, directory, "optimise --write best.yaml")
     return status

@@ -2,14 +2,17 @@
 
 import json
 import os
+import textwrap
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import jinja2
+import yaml
 
+from pidpanel.cli.mesh_draft import MeshDraft
 from pidpanel.columns import read_rows
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.panel.from_study import StudiedPanel
@@ -28,6 +31,7 @@ FILLS = (0.3, 0.5, 0.7, 0.9)
 # 0.48: resonances are 1 % and then 0.05 % too high, which is 0.2 dB next to one with ζ = 1 %.
 # Patches, whose elements follow their dampers, add about 0.4 dB.
 FINER, SHORTER, SHARP = 20, 0.8, 0.48
+REFINED = 4  # largest panel.mesh.refine that is tried; elements of a file do not follow dampers
 
 
 class Draft(SimpleNamespace):
@@ -36,7 +40,20 @@ class Draft(SimpleNamespace):
     @property
     def edges(self) -> str:
         """Supports of the edges; free on hold-downs."""
+        if self.deck is not None and not self.supports:
+            return str(self.deck.supports["outline"])
         return self.supports or ("free" if self.hold_downs else "simply_supported")
+
+    @cached_property
+    def deck(self) -> MeshDraft | None:
+        """What a mesh file gives; None without one."""
+        if self.mesh is None:
+            return None
+        try:
+            return MeshDraft.of_file(self.mesh, self.unit_m, is_thin=self.section == "thin")
+        except ValueError as error:
+            place = "" if str(error).startswith(str(self.mesh)) else f"{self.mesh}: "
+            raise StudyError(f"{place}{error}") from None
 
     @property
     def thickness(self) -> float:
@@ -94,17 +111,20 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
         values = _values(draft, file)
-        for step in range(FINER + 1):
+        last = FINER if draft.deck is None else REFINED
+        for step in range(last + 1):
             length = max(draft.size) / 8 * SHORTER**step
-            _write_text(file, values, length)
+            _write_text(file, {**values, "refine": step}, length)
             study = load_study(file)
             try:
-                StudiedPanel(study.panel).check(study.response.frequency_hz[1])
+                masses = study.damper_masses() if draft.deck else {}
+                StudiedPanel(study.panel).check(study.response.frequency_hz[1], masses)
             except ValueError as error:
-                if step == FINER:
+                if step == last:
                     raise StudyError(f"{file}: panel: {error}") from None
             else:
-                _write_text(file, values, SHARP * length)
+                if draft.deck is None:
+                    _write_text(file, values, SHARP * length)
                 return
     except BaseException:
         if backup is None:
@@ -140,11 +160,20 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     if draft.has_law:
         low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
     fills = _fills(Path(draft.table)) if draft.table else FILLS
+    if draft.deck is not None:
+        draft.size = draft.deck.size
+        if draft.deck.section and draft.section == "sandwich":
+            draft.core_grade, draft.cell_mm = "", draft.cell_mm or draft.width_mm
+            draft.core_mm = draft.deck.section["core"]["thickness_mm"]
     a, b = draft.size
     patch = _rounded(0.2 * min(a, b))
     return {
         **vars(draft),
         "draft": draft,
+        "limits": _limits(draft, file),
+        "laminate": draft.deck.section if draft.deck and draft.section == "sandwich" else {},
+        "refine": 0,
+        "mesh": _relative_path(str(draft.mesh), file) if draft.mesh else "",
         "title": draft.title or file.stem,
         "name": file.stem,
         "spectrum": spectrum,
@@ -161,6 +190,22 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "high": high if high == HIGHEST else round(high - 0.05, 1),
         "schema": (WORKFLOW / "schemas" / "study.schema.json").as_uri(),
     }
+
+
+def _limits(draft: Draft, file: Path) -> dict[str, dict[str, Any]]:
+    """Return the section ``limits``: numbers [g rms] and tables of PSDs by point."""
+    names = [f"P{number}" for number in range(1, 3 + len(draft.points))]
+    names += ["corner"] if draft.edges == "free" else []
+    limits: dict[str, dict[str, Any]] = {}
+    for text in draft.limits:
+        point, _, value = text.rpartition("=")
+        try:
+            limit: dict[str, Any] = {"rms_g": float(value)}
+        except ValueError:
+            limit = {"psd": _relative_path(value, file)}
+        for name in [point] if point else names:
+            limits[name] = {**limits.get(name, {}), **limit}
+    return limits
 
 
 def _fills(table: Path) -> Sequence[float]:
@@ -206,4 +251,7 @@ def _text(values: Mapping[str, Any]) -> str:
         autoescape=False,
     )
     environment.filters["quoted"] = partial(json.dumps, ensure_ascii=False)
+    environment.filters["block"] = lambda values, width: textwrap.indent(
+        yaml.safe_dump(values, sort_keys=False, default_flow_style=None, width=96), width * " "
+    )
     return environment.get_template("new.yaml.j2").render(values)

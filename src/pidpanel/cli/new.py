@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force
+from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force, print_next
 
 ABOVE_ZERO = click.FloatRange(0, min_open=True)
 EDGES = click.Choice(["simply_supported", "clamped", "free"])
@@ -24,6 +24,8 @@ several = partial(option, multiple=True)
 @force
 @option("--title", help="title of the report (default: the name of the file)")
 @option("--size", type=SIZE, default="1.5x1.0", help="edges of the panel [m]")
+@option("--mesh", type=FILE, help="Nastran deck or gmsh file: mesh, supports, sandwich of a PCOMP")
+@option("--unit-m", type=ABOVE_ZERO, help="length unit of the mesh [m] (1, or 0.001 by its extent)")
 @several("--hold-down", "hold_downs", type=PLACE, help="hold-down of 2 cm radius [m]; repeatable")
 @option("--supports", type=EDGES, help="edges (default: simply_supported; free with hold-downs)")
 @option("--section", type=SECTIONS, default="sandwich", help="kind of the panel's section")
@@ -36,6 +38,7 @@ several = partial(option, multiple=True)
 @several("--hole", "holes", type=HOLE, help="round hole: centre and diameter [m]; repeatable")
 @several("--point", "points", type=PLACE, help="further response point [m]; repeatable")
 @option("--spectrum", default=SPECTRUM, help="CSV table of sound levels")
+@several("--limits", metavar="[POINT=]G", help="largest g rms, or CSV of a PSD; of all points")
 @option("--oaspl", type=ABOVE_ZERO, help="overall level [dB] (default: that of the table)")
 @option("--surroundings", type=SURROUNDINGS, default="free", help="free, or in a rigid wall")
 @option("--wall-m", type=ABOVE_ZERO, help="free, this far from a rigid wall behind the panel [m]")
@@ -48,9 +51,11 @@ several = partial(option, multiple=True)
 def new(file: Path, force: bool, **options: Any) -> None:
     """Write a commented study, which is then edited.
 
-    The panel is rectangular. Each option has a default; the study states its assumptions.
+    The panel is rectangular, or that of --mesh. Each option has a default; the study states its
+    assumptions.
     """
     from pidpanel.cli.draft import Draft, write
 
     write(Draft(**options), file, force=force)
-    print(f"{file}: written; next: pidpanel check {file}")
+    print(f"{file}: written")
+    print_next(file, Path(), "check")

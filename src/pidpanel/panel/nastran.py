@@ -59,12 +59,12 @@ class _Deck:
         elif name == "GRID":
             self._read_node_options(name, fields[1:])
             number = _integer(fields[0])
-            self.position.append([_real(value or "0") for value in fields[2:5]])
+            self.position.append([real_number(value or "0") for value in fields[2:5]])
             self.node.append(number)
         else:
             count = CORNERS[name]
             number, nodes = _integer(fields[0]), [_integer(text) for text in fields[2 : 2 + count]]
-            if any(text and _real(text) != 0 for text in fields[2 + count :]):
+            if any(text and real_number(text) != 0 for text in fields[2 + count :]):
                 self.unused[f"{name} with angle, offset or thickness"] += 1
             self.groups.setdefault(fields[1] or fields[0], []).append(len(self.element))
             self.element.append(number)
@@ -88,7 +88,7 @@ class _Deck:
             return
         self.unused[name] += 1
         if name in MASS_FIELD:
-            mass = _real(fields[MASS_FIELD[name]] or "0")
+            mass = real_number(fields[MASS_FIELD[name]] or "0")
             self.mass[name] = self.mass.get(name, 0.0) + mass
 
     def remarks(self) -> list[str]:
@@ -119,7 +119,7 @@ def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -
     deck = _Deck()
     faults: list[str] = []
     told: set[str] = set()
-    for line, name, fields in _cards(path, faults):
+    for line, name, fields in read_cards(path, faults):
         try:
             if name in READ:
                 deck.read(name, fields + 16 * [""])
@@ -150,7 +150,7 @@ def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -
     )
 
 
-def _cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
+def read_cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
     """Yield line number, name and fields of each card; add the faults of other lines."""
     pending: tuple[int, str, list[str]] | None = None
     data = read_mesh_file(path)
@@ -216,7 +216,8 @@ def _integer(text: str) -> int:
     return number
 
 
-def _real(text: str) -> float:
+def real_number(text: str) -> float:
+    """Return a number as Nastran writes it; `ValueError` for what is none."""
     try:
         number = float(SHORT_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
     except ValueError:
