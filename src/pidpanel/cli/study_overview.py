@@ -161,6 +161,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[tuple[str, str]
         yield "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
     yield from (("data", text) for text in _of_tables(study))
     yield from (("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
+    yield from (("gravity", text) for text in study.gravities)
     for name, key in study.massless_dampers.items():
         yield "mass", f"the particles of {name} have no mass in the computation; {key}"
     yield from (("cells", text) for text in study.differing_cells)

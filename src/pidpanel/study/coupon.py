@@ -105,7 +105,6 @@ class Coupon(SectionModel):
     """Constants of your own deck by the names of its variables, such as ``yield_stress: 1.0e+6``
     [any unit]. ``vary`` may have them as ``deck_values.yield_stress``."""
 
-
     @property
     def diameters(self) -> tuple[float, ...]:
         """Diameters of the particles [m]: those of the sweep, or the one of the particles."""

@@ -29,7 +29,15 @@ from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Measurement, Radiation, Response
-from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
+from pidpanel.study.scenarios import (
+    Compared,
+    Family,
+    Filling,
+    Layout,
+    Part,
+    Scenario,
+    vector_text,
+)
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
@@ -199,6 +207,21 @@ class Study(CouponStudy):
     def differing_cells(self) -> list[str]:
         """Dampers whose cells are not those of the core, in words."""
         return differing_cells(self.panel.section, self.dampers)
+
+    @property
+    def gravities(self) -> list[str]:
+        """Beds whose gravity with steady acceleration is not 1 g along the motion, in words."""
+        beds = {
+            scenario.damper_name(patch): damper.apparent_gravity_g
+            for scenario in self.all_scenarios()
+            for patch in scenario.patches
+            if isinstance(damper := self.damper_in(scenario, patch), BedDamper)
+        }
+        return [
+            f"{name} feels {vector_text(vector)} g along x, y and the motion z"
+            for name, vector in beds.items()
+            if vector != (0.0, 0.0, -1.0)
+        ]
 
     @property
     def is_coupled(self) -> bool:
