@@ -133,7 +133,7 @@ def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
 
 
 def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
-    """Yield entries with a scenario whose label another scenario has."""
+    """Yield entries with a scenario whose label another scenario has, and maps of no scenario."""
     named: dict[str, Scenario] = {}
     for name, compared in study.scenarios.items():
         for scenario in study.family_scenarios(name):
@@ -146,6 +146,10 @@ def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
                     remedy = "values must differ in their first six digits"
                 message = f"two scenarios would have the name {labelled.label}; {remedy}"
                 yield Mistake(("scenarios", name, *keys), message)
+    labels = [scenario.label for scenario in study.all_scenarios()]
+    for index, label in enumerate(study.response.maps):
+        if label not in labels:
+            yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
 
 
 def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:

@@ -29,15 +29,7 @@ from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import Panel
 from pidpanel.study.response import Measurement, Radiation, Response
-from pidpanel.study.scenarios import (
-    Compared,
-    Family,
-    Filling,
-    Layout,
-    Part,
-    Scenario,
-    vector_text,
-)
+from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
@@ -119,10 +111,6 @@ class Study(CouponStudy):
         yield from requirements.mistakes_of_steady_acceleration(self)
         yield from requirements.mistakes_of_measurements(self)
         yield from requirements.mistakes_of_claims(self)
-        labels = [scenario.label for scenario in self.all_scenarios()]
-        for index, label in enumerate(self.response.maps):
-            if label not in labels:
-                yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
 
     @property
     def acoustics(self) -> Sound:
@@ -207,21 +195,6 @@ class Study(CouponStudy):
     def differing_cells(self) -> list[str]:
         """Dampers whose cells are not those of the core, in words."""
         return differing_cells(self.panel.section, self.dampers)
-
-    @property
-    def gravities(self) -> list[str]:
-        """Beds whose gravity with steady acceleration is not 1 g along the motion, in words."""
-        beds = {
-            scenario.damper_name(patch): damper.apparent_gravity_g
-            for scenario in self.all_scenarios()
-            for patch in scenario.patches
-            if isinstance(damper := self.damper_in(scenario, patch), BedDamper)
-        }
-        return [
-            f"{name} feels {vector_text(vector)} g along x, y and the motion z"
-            for name, vector in beds.items()
-            if vector != (0.0, 0.0, -1.0)
-        ]
 
     @property
     def is_coupled(self) -> bool:
@@ -374,7 +347,7 @@ class Study(CouponStudy):
                 level,
                 steady,
                 has_dampers=several,
-            )
+            )  # fmt: skip
             for damper, patch, fill, level in itertools.product(
                 as_tuple(compared.damper),
                 as_tuple(compared.patch),
