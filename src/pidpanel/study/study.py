@@ -340,21 +340,15 @@ class Study(CouponStudy):
             single = Scenario(label=name, fillings=fillings, oaspl_db=level,
                               steady_acceleration_g=steady, has_dampers=several)  # fmt: skip
             return (single,)
-        return tuple(
-            Scenario.of_patch(
-                patch,
-                Filling(damper=self._name_of(damper), fill_fraction=fill),
-                level,
-                steady,
-                has_dampers=several,
-            )  # fmt: skip
-            for damper, patch, fill, level in itertools.product(
-                as_tuple(compared.damper),
-                as_tuple(compared.patch),
-                as_tuple(compared.fill_fraction),
-                as_tuple(compared.oaspl_db or self.oaspl_db),
-            )
-        )
+        combinations = itertools.product(
+            as_tuple(compared.damper), as_tuple(compared.patch),
+            as_tuple(compared.fill_fraction), as_tuple(compared.oaspl_db or self.oaspl_db),
+        )  # fmt: skip
+        scenarios = []
+        for damper, patch, fill, level in combinations:
+            filling = Filling(damper=self._name_of(damper), fill_fraction=fill)
+            scenarios.append(Scenario.of_patch(patch, filling, level, steady, has_dampers=several))
+        return tuple(scenarios)
 
     def all_scenarios(self) -> tuple[Scenario, ...]:
         """Return every scenario once, the bare panel at each level first."""
