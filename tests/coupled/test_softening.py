@@ -1,5 +1,6 @@
 """Contacts are as soft as the motion allows."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -82,3 +83,14 @@ def test_where_none_is_allowed_the_modulus_is_that_of_the_material():
     # and a choice above that of the material is none
     assert softened_modulus(3.1e9, BED, motion(1e-4)) == 3.1e9
     assert softened_modulus(60e6, BED, motion(1e-3)) == 60e6
+
+
+@pytest.mark.parametrize("modulus", CHOICES[:3])
+def test_the_bias_of_a_bed_that_rides_is_that_of_the_gravity_along_the_motion(modulus):
+    """A flight lasts 2v/g: a bed that is pressed harder flies shorter, and an upright one rests."""
+    rides = motion(0.02, 3000.0)
+    bias = softening_bias(OWN, BED, rides, modulus)
+    heavy = replace(BED, gravity=4 * BED.gravity)
+    assert softening_bias(OWN, heavy, rides, modulus) == pytest.approx(4 * bias)
+    upright = replace(BED, gravity_direction=(1.0, 0.0, 0.0))
+    assert softening_bias(OWN, upright, rides, modulus) == 0.0

@@ -36,7 +36,7 @@ STUDY = {
 AREA = "centre_m, size_m, diameter_m, corners_m, corner_radius_m"
 SHAPE = "must have either centre_m and size_m, or centre_m and diameter_m, or corners_m"
 MATERIAL = "density_kg_m3, youngs_modulus_gpa, poissons_ratio, e1_gpa, e2_gpa, g12_gpa, nu12"
-FAMILY = "patch, damper, fill_fraction, oaspl_db, title"
+FAMILY = "patch, damper, fill_fraction, oaspl_db, steady_acceleration_g, title"
 
 # where a name is, what is under it, and of each mistake: the key, what follows it in the message
 CASES = [

@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -58,7 +59,7 @@ from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
-from pidpanel.study import Filling, Study
+from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 
 
@@ -107,9 +108,11 @@ def base_scenarios(study: Study, damper_of: DamperOf = not_read) -> list[Respons
 
 def base_labels(study: Study) -> dict[str, str]:
     """Return the label under base motion of every scenario: that of the first with its layout."""
-    labels: dict[tuple[tuple[str, Filling], ...], str] = {}
+    labels: dict[tuple[Any, ...], str] = {}
     return {
-        scenario.label: labels.setdefault(tuple(scenario.fillings.items()), scenario.layout_label)
+        scenario.label: labels.setdefault(
+            (scenario.steady_acceleration_g, *scenario.fillings.items()), scenario.layout_label
+        )
         for scenario in study.all_scenarios()
     }
 

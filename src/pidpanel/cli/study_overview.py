@@ -15,6 +15,7 @@ from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Scenario, Study
 from pidpanel.study.base_motion import BaseMotion
 from pidpanel.study.dampers import BedDamper
+from pidpanel.study.scenarios import vector_text
 from pidpanel.study.severity import limit_tables
 
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
@@ -161,6 +162,7 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[tuple[str, str]
         yield "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
     yield from (("data", text) for text in _of_tables(study))
     yield from (("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
+    yield from (("gravity", text) for text in _of_gravities(study))
     for name, key in study.massless_dampers.items():
         yield "mass", f"the particles of {name} have no mass in the computation; {key}"
     yield from (("cells", text) for text in study.differing_cells)
@@ -236,6 +238,19 @@ def _of_tables(study: Study) -> Iterator[str]:
             )
 
 
+def _of_gravities(study: Study) -> Iterator[str]:
+    """Yield the beds whose gravity with steady acceleration is not 1 g along the motion."""
+    beds = {
+        scenario.damper_name(patch): damper.apparent_gravity_g
+        for scenario in study.all_scenarios()
+        for patch in scenario.patches
+        if isinstance(damper := study.damper_in(scenario, patch), BedDamper)
+    }
+    for name, vector in beds.items():
+        if vector != (0.0, 0.0, -1.0):
+            yield f"{name} feels {vector_text(vector)} g along x, y and the motion z"
+
+
 def _unusual(study: Study) -> Iterator[str]:
     """Yield values that are allowed and most likely meant otherwise."""
     from pidpanel.spectra.acceleration_table import read_base_table
@@ -305,8 +320,8 @@ def _damper_masses(study: Study, area: Mapping[str, float]) -> dict[str, list[fl
         if finite:
             names.setdefault((patches, fill, finite), []).append(beds)
     totals = {}
-    for (patches, fill, finite), groups in names.items():
-        dampers = [", ".join(dict.fromkeys(name)) for name in zip(*groups, strict=True)]
+    for (patches, fill, finite), rows in names.items():
+        dampers = [", ".join(dict.fromkeys(name)) for name in zip(*rows, strict=True)]
         label = " + ".join(map(" ".join, zip(patches, dampers, strict=True))) + fill
         totals[label] = list(finite)
     return totals

@@ -67,7 +67,7 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
 def _beds_of(study: Study, scenario: Scenario) -> Iterator[tuple[str, BedDamper, float]]:
     """Yield the patches of a scenario that are integrated, with their beds and fills."""
     for patch, filling in scenario.fillings.items():
-        damper, fill = study.damper_of(filling), filling.fill_fraction
+        damper, fill = study.damper_in(scenario, patch), filling.fill_fraction
         if isinstance(damper, BedDamper) and damper.model == COUPLED and fill is not None:
             yield patch, damper, fill
 
@@ -78,7 +78,7 @@ def _given_dampers(study: Study, scenario: Scenario) -> dict[str, FilledDamper]:
     dampers = {}
     for patch, filling in scenario.fillings.items():
         if patch not in integrated:
-            model = with_mass_of(study, damper_model(study.damper_of(filling)))
+            model = with_mass_of(study, damper_model(study.damper_in(scenario, patch)))
             dampers[patch] = FilledDamper(str(filling.damper), model, filling.fill_fraction)
     return dampers
 

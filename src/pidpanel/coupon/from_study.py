@@ -257,10 +257,8 @@ def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:
 
 
 def _bed(coupon: Coupon, packing: Packing, fill_fraction: float) -> Bed:
-    length = math.hypot(*coupon.gravity_direction)
-    x, y, z = (part / length for part in coupon.gravity_direction)
     constants = _constants(coupon, packing, LOOSENING.drive)
-    return Bed(packing, fill_fraction, coupon.gravity, (x, y, z), constants)
+    return Bed(packing, fill_fraction, coupon.gravity, coupon.gravity_axis, constants)
 
 
 def _constants(

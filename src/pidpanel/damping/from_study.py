@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from pidpanel.atlas.groups import ElasticSphere
 from pidpanel.columns import ColumnsError
+from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import ConstantDamper, PaperLaw
 from pidpanel.damping.models import Damper, DampingError
@@ -50,10 +49,8 @@ def surface_of(coupon: Coupon, cases: pd.DataFrame) -> DampingSurface:
     """
     from pidpanel.damping.surface import DampingSurface
 
-    *_, along = np.array(coupon.gravity_direction) / np.hypot.reduce(coupon.gravity_direction)
-    return DampingSurface.from_frame(
-        cases, onset_g=coupon.gravity_g * abs(along), depth=coupon.cell.depth
-    )
+    onset = abs(coupon.apparent_gravity_g[2])
+    return DampingSurface.from_frame(cases, onset_g=onset, depth=coupon.cell.depth)
 
 
 def read_cases(path: Path) -> pd.DataFrame:
@@ -141,17 +138,22 @@ def damper_model(
 def dampers_of(
     study: Study, folder: Path | None = None, *, is_broadband: bool = True
 ) -> dict[str, Damper]:
-    """Return the used dampers of a study but those of coupled runs, by name; see `damper_model`.
+    """Return the used dampers of a study but those of coupled runs; see `damper_model`.
 
+    They are by name, with that of a scenario's steady acceleration (`Scenario.damper_name`).
     ``folder`` has the surfaces of simulated tones. A damper that shall have no mass is a dashpot.
     """
+    sections = {name: (name, study.dampers[name]) for name in study.used_dampers} | {
+        scenario.damper_name(patch): (str(filling.damper), study.damper_in(scenario, patch))
+        for scenario in study.all_scenarios()
+        for patch, filling in scenario.fillings.items()
+    }
     models = {}
-    for name in study.used_dampers:
-        if name in study.beds(COUPLED):
-            continue
-        surface = None if folder is None else of_damper(folder, name, "surface.nc")
-        models[name] = damper_model(study.dampers[name], surface, is_broadband=is_broadband)
-    return {name: with_mass_of(study, model) for name, model in models.items()}
+    for label, (name, section) in sections.items():
+        if name not in study.beds(COUPLED):
+            surface = None if folder is None else of_damper(folder, name, "surface.nc")
+            models[label] = damper_model(section, surface, is_broadband=is_broadband)
+    return {label: with_mass_of(study, model) for label, model in models.items()}
 
 
 def with_mass_of(study: Study, model: Damper) -> Damper:
@@ -176,12 +178,12 @@ def atlas_model(
 
     direction = direction_of(coupon)
     if direction is None:
-        raise DampingError(f"gravity_direction = {coupon.gravity_direction}: not in the atlas")
+        raise DampingError(f"gravity {coupon.apparent_gravity_g} g: not in the atlas")
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0]
     bed = atlas_bed(
         particles.restitution, particles.friction, cell.across_flats, cell.depth, diameter,
-        [direction], coupon.gravity_g,
+        [direction], coupon.gravity / STANDARD_GRAVITY,
     )  # fmt: skip
     atlas = read_atlas()
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)

@@ -84,6 +84,10 @@ OVERALL = Quantity(60, 200, unit="level")
 Level = Annotated[float, OVERALL]  # overall sound pressure level [dB re 20 µPa]
 Coordinate = Annotated[float, Quantity(-100, 100, unit="metres")]  # x or y [m]
 Size = Annotated[float, Quantity(1e-4, 30, unit="metres")]  # of anything on a panel [m]
+# Steady acceleration along x, y and z of the panel [g].
+_AlongAxis = Annotated[float, Quantity(-20, 20)]
+Vector = tuple[float, float, float]
+Acceleration = tuple[_AlongAxis, _AlongAxis, _AlongAxis]
 # Density of a solid [kg/m³]: expanded foam to osmium.
 Density = Annotated[float, Quantity(5, 25000, unit="density")]
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.cells import ShapeName
 from pidpanel.paths import TEMPLATES
-from pidpanel.study.base import Fraction, RelativeError, SectionModel, file_in
+from pidpanel.study.base import Acceleration, Fraction, RelativeError, SectionModel, Vector, file_in
 from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.particles import Particles, Stiffness, Walls
 from pidpanel.study.quantity import Quantity, whole
@@ -83,6 +83,10 @@ class Coupon(SectionModel):
     gravity_direction: tuple[Component, Component, Component] = (0.0, 0.0, -1.0)
     """Direction of gravity. z is normal to the panel and the direction of the motion, so
     (0, 0, −1) is a horizontal panel and (1, 0, 0) an upright one."""
+    steady_acceleration_g: Acceleration | None = None
+    """Steady acceleration that the particles feel besides gravity, in the same axes [g]: opposite
+    to that of a launcher, so (0, 0, −3) beside gravity along −z is 4 g in all. By default that of
+    the section ``sound`` or ``base``; scenarios may have their own."""
     stiffness: Stiffness = Stiffness()
     """Softening of the contacts, to save time."""
     time_step_rayleigh: Annotated[float, Quantity(0, 0.3, low_itself=False, unit="percent")] = 0.15
@@ -101,12 +105,31 @@ class Coupon(SectionModel):
     """Constants of your own deck by the names of its variables, such as ``yield_stress: 1.0e+6``
     [any unit]. ``vary`` may have them as ``deck_values.yield_stress``."""
 
-    gravity: ClassVar = InSI("gravity_g")
-
     @property
     def diameters(self) -> tuple[float, ...]:
         """Diameters of the particles [m]: those of the sweep, or the one of the particles."""
         return self.sweep.diameters or (self.particles.diameter,)
+
+    @property
+    def apparent_gravity_g(self) -> Vector:
+        """Gravity and steady acceleration together [g]."""
+        length = math.hypot(*self.gravity_direction)
+        steady = self.steady_acceleration_g or (0.0, 0.0, 0.0)
+        parts = zip(self.gravity_direction, steady, strict=True)
+        x, y, z = (self.gravity_g * part / length + added for part, added in parts)
+        return x, y, z
+
+    @property
+    def gravity(self) -> float:
+        """Magnitude of `apparent_gravity_g` [m/s²]."""
+        return math.hypot(*self.apparent_gravity_g) * STANDARD_GRAVITY
+
+    @property
+    def gravity_axis(self) -> Vector:
+        """Unit vector of `apparent_gravity_g`; −z without any."""
+        x, y, z = self.apparent_gravity_g
+        size = math.hypot(x, y, z)
+        return (x / size, y / size, z / size) if size else (0.0, 0.0, -1.0)
 
     @property
     def bed_mass_per_area(self) -> float:

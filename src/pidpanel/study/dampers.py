@@ -6,11 +6,12 @@ A class for each kind of damper. `pidpanel.damping.from_study` makes the damper 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Discriminator, Tag
+from pydantic import Discriminator, Tag, TypeAdapter, ValidationError
 
 from pidpanel.constants import ATLAS
+from pidpanel.study.base import Acceleration, Vector
 from pidpanel.study.choice import TAG
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.damping import Level
@@ -69,8 +70,17 @@ class BedDamper(DamperSection, Coupon):
     @property
     def bed(self) -> Any:
         """Cell, particles and gravity."""
-        names = {"cell", "particles", "walls", "gravity_g", "gravity_direction"}
-        return self.model_dump(include=names, exclude={"cell": {"count"}})
+        names = {"cell", "particles", "walls"}
+        return {
+            **self.model_dump(include=names, exclude={"cell": {"count"}}),
+            "gravity": self.apparent_gravity_g,
+        }
+
+    def with_steady_acceleration(self, acceleration_g: Vector | None) -> Self:
+        """Return the bed under a steady acceleration [g]; None for its own."""
+        if acceleration_g is None:
+            return self
+        return self.model_copy(update={"steady_acceleration_g": acceleration_g})
 
     @property
     def is_of_atlas(self) -> bool:
@@ -142,18 +152,31 @@ def _with_like(name: str, dampers: Mapping[str, Any], above: tuple[str, ...]) ->
 
 
 def with_models(dampers: Mapping[str, Any], study: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of dampers with the damping model of those that state none.
+    """Return the values of dampers with the damping model and steady acceleration of the study.
 
-    It is ``tones`` where a level is stated, which is one of single tones, or modal damping is
-    diagonal; else `COUPLED`.
+    The model of those that state none is ``tones`` where a level is stated, which is one of single
+    tones, or modal damping is diagonal; else `COUPLED`.
     """
     damping, response = study.get("damping"), study.get("response")
+    sections = [study.get(key) for key in ("sound", "base")]
+    steady = [s["steady_acceleration_g"] for s in sections
+              if isinstance(s, Mapping) and _is_vector(s.get("steady_acceleration_g"))]  # fmt: skip
+    common = {"steady_acceleration_g": steady[0]} if steady else {}
     level = damping.get("level") if isinstance(damping, Mapping) else None
     is_diagonal = isinstance(response, Mapping) and response.get("modal_damping") == "diagonal"
     model = TONES if is_diagonal or Level.is_stated(level) else COUPLED
     return {
         name: values
         if not isinstance(values, Mapping) or "particles" not in values
-        else {"model": model, **values}
+        else {"model": model, **common, **values}
         for name, values in dampers.items()
     }
+
+
+def _is_vector(value: Any) -> bool:
+    """Return whether a value is a steady acceleration; its section reports what it is not."""
+    try:
+        TypeAdapter(Acceleration).validate_python(value)
+    except ValidationError:
+        return False
+    return True

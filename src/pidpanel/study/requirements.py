@@ -9,7 +9,7 @@ from pidpanel.study.dampers import BEDS, COUPLED, TONES, BedDamper
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import LEAST_BAND, Optimise
 from pidpanel.study.particles import Mono
-from pidpanel.study.scenarios import Layout, Scenario
+from pidpanel.study.scenarios import Layout, Scenario, vector_text
 from pidpanel.study.severity import LEAST_CYCLES
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _mistakes_of_lines(study: Study) -> Iterator[Mistake]:
 
 
 def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
-    """Yield entries with a scenario whose label another scenario has."""
+    """Yield entries with a scenario whose label another scenario has, and maps of no scenario."""
     named: dict[str, Scenario] = {}
     for name, compared in study.scenarios.items():
         for scenario in study.family_scenarios(name):
@@ -146,6 +146,10 @@ def mistakes_of_labels(study: Study) -> Iterator[Mistake]:
                     remedy = "values must differ in their first six digits"
                 message = f"two scenarios would have the name {labelled.label}; {remedy}"
                 yield Mistake(("scenarios", name, *keys), message)
+    labels = [scenario.label for scenario in study.all_scenarios()]
+    for index, label in enumerate(study.response.maps):
+        if label not in labels:
+            yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
 
 
 def mistakes_of_measurements(study: Study) -> Iterator[Mistake]:
@@ -234,7 +238,7 @@ REMEDY = "; model: coupled or tones simulates it"
 
 def direction_of(coupon: Coupon) -> Literal["flat", "upright"] | None:
     """Return the direction of gravity, along or across the motion; None if it is neither."""
-    x, y, z = coupon.gravity_direction
+    x, y, z = coupon.apparent_gravity_g
     if x == y == 0:
         return "flat"
     return "upright" if z == 0 else None
@@ -247,6 +251,30 @@ def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
             yield from (m.prefix("dampers", name) for m in mistakes_of_coupon(bed))
             for way, fill in study.fills(name):
                 yield from mistakes_of_fill(way, fill)
+
+
+def mistakes_of_steady_acceleration(study: Study) -> Iterator[Mistake]:
+    """Yield a steady acceleration of a scenario that none of its dampers feels or can have."""
+    for name, compared in study.scenarios.items():
+        if compared.steady_acceleration_g is None:
+            continue
+        keys: Keys = ("scenarios", name, "steady_acceleration_g")
+        beds = {
+            scenario.fillings[patch].damper: damper
+            for scenario in study.family_scenarios(name)
+            for patch in scenario.patches
+            if isinstance(damper := study.damper_in(scenario, patch), BedDamper)
+        }
+        if not beds:
+            yield Mistake(keys, "not allowed: none of its dampers is a bed of particles")
+        for filler, bed in beds.items():
+            if bed.model == TONES:
+                message = f"not for model: tones; state dampers.{filler}.steady_acceleration_g"
+                yield Mistake(keys, message)
+            elif bed.is_of_atlas and (direction_of(bed) is None or not bed.gravity):
+                total = vector_text(bed.apparent_gravity_g)
+                message = "must with gravity be along or across the motion for model: atlas of "
+                yield Mistake(keys, f"{message}{filler}, not {total} g{REMEDY}")
 
 
 def mistakes_of_fill(keys: Keys, fill: float) -> Iterator[Mistake]:
@@ -264,7 +292,7 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
         ("cell", "shape"): (cell.shape == "hexagon", "hexagon"),
         ("particles", "distribution"): (isinstance(particles.distribution, Mono), "kind: mono"),
         ("particles", "rolling_friction"): (particles.rolling_friction == 0, "0"),
-        ("gravity_g",): (coupon.gravity_g > 0, "above 0"),
+        ("gravity_g",): (coupon.gravity > 0, "above 0"),
         ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
     for keys, (is_met, allowed) in conditions.items():

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 from pydantic import Discriminator, Field, Tag
 
-from pidpanel.study.base import Fill, Level, SectionModel, Text, as_tuple
+from pidpanel.study.base import Acceleration, Fill, Level, SectionModel, Text, Vector, as_tuple
 from pidpanel.study.choice import TAG, Choice
 from pidpanel.study.mistakes import Keys, Mistake
 
@@ -58,6 +58,9 @@ class Family(SectionModel):
     """Required unless the damper needs none, such as constants."""
     oaspl_db: Annotated[Level | tuple[Level, ...], Choice()] | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
+    steady_acceleration_g: Acceleration | None = None
+    """Steady acceleration of the particles in place of that of the section ``sound`` [g], such as
+    at lift-off."""
     title: Text = ""
     """Title of the comparison in the report."""
 
@@ -98,6 +101,9 @@ class Layout(SectionModel):
     """Patches by their names under ``panel.patches``."""
     oaspl_db: Level | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
+    steady_acceleration_g: Acceleration | None = None
+    """Steady acceleration of the particles in place of that of the section ``sound`` [g], such as
+    at lift-off."""
     title: Text = ""
     """Title of the layout in the report."""
 
@@ -137,6 +143,7 @@ class Scenario(SectionModel):
     label: str
     fillings: Mapping[str, Filling] = {}  # by patch; none for the bare panel
     oaspl_db: float | None = None  # overall level [dB]; None for that of the spectrum's table
+    steady_acceleration_g: Vector | None = None  # None for that of the dampers
     has_dampers: bool = False  # whether its study has several, so that names contain them
 
     @staticmethod
@@ -152,7 +159,12 @@ class Scenario(SectionModel):
 
     @staticmethod
     def of_patch(
-        patch: str, filling: Filling, oaspl_db: float | None, *, has_dampers: bool
+        patch: str,
+        filling: Filling,
+        oaspl_db: float | None,
+        steady_acceleration_g: Vector | None = None,
+        *,
+        has_dampers: bool,
     ) -> Scenario:
         """Return the panel with one filled patch at a level; its damper is named among several."""
         parts = [patch]
@@ -160,8 +172,14 @@ class Scenario(SectionModel):
             parts.append(filling.damper)
         if filling.fill_fraction is not None:
             parts.append(f"r{filling.fill_fraction:g}")
-        label, fillings = "_".join(parts) + level_suffix(oaspl_db), {patch: filling}
-        return Scenario(label=label, fillings=fillings, oaspl_db=oaspl_db, has_dampers=has_dampers)
+        label = "_".join(parts) + steady_suffix(steady_acceleration_g) + level_suffix(oaspl_db)
+        return Scenario(
+            label=label,
+            fillings={patch: filling},
+            oaspl_db=oaspl_db,
+            steady_acceleration_g=steady_acceleration_g,
+            has_dampers=has_dampers,
+        )
 
     @property
     def bare(self) -> Scenario:
@@ -234,7 +252,38 @@ class Scenario(SectionModel):
         for patch, filling in self.fillings.items():
             fill = [] if filling.fill_fraction is None else [f"r = {filling.fill_fraction:g}"]
             parts.append(", ".join([*self.place(patch), *fill]))
+        if self.steady_acceleration_g is not None:
+            parts.append(f"steady {vector_text(self.steady_acceleration_g)} g")
         return "; ".join(parts)
+
+    def damper_name(self, patch: str) -> str:
+        """Return the damper of a patch, with the steady acceleration of the scenario."""
+        return f"{self.fillings[patch].damper}{steady_suffix(self.steady_acceleration_g)}"
+
+
+def vector_text(vector: Vector) -> str:
+    """Return a vector in words.
+
+    Examples
+    --------
+    >>> vector_text((0.0, 0.0, -3.0))
+    '(0, 0, -3)'
+    """
+    return f"({', '.join(f'{part:g}' for part in vector)})"
+
+
+def steady_suffix(vector: Vector | None) -> str:
+    """Return how a label ends for a steady acceleration [g]; nothing where none is stated.
+
+    Examples
+    --------
+    >>> steady_suffix((3.0, 0.0, -1.0)), steady_suffix((0.0, 0.0, 0.0))
+    ('_x3z-1g', '_0g')
+    """
+    if vector is None:
+        return ""
+    parts = zip("xyz", vector, strict=True)
+    return f"_{''.join(f'{axis}{part:g}' for axis, part in parts if part) or '0'}g"
 
 
 def level_suffix(oaspl_db: float | None) -> str:

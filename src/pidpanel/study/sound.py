@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Level, SectionModel, file_in
+from pidpanel.study.base import Acceleration, Level, SectionModel, file_in
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
@@ -56,6 +56,9 @@ class Sound(SectionModel):
     panel; ``room``: far from it, so a rigid face has twice the PSD in a diffuse field. It is the
     only one that ``surroundings: free`` allows; of a plane wave it is then that of the wave alone;
     ``incident``: an incoming wave alone, so a rigid face has four times the PSD."""
+    steady_acceleration_g: Acceleration | None = None
+    """Steady acceleration of the launch as the particles feel it, besides gravity, along x, y and
+    the normal z of the panel [g]: opposite to that of the launcher."""
     speed_m_s: Annotated[float, Quantity(100, 1400, unit="velocity")] = SPEED
     """Speed of sound [m/s]."""
     air_density_kg_m3: Annotated[float, Quantity(0.01, 50, unit="density")] = 1.2

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pidpanel.columns import ColumnsError, read_rows
 from pidpanel.constants import MOST_LOSS_FACTOR, MOST_OF_MASS
 from pidpanel.paths import DATA
-from pidpanel.study.base import SectionModel, file_in
+from pidpanel.study.base import SectionModel, Vector, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
 
@@ -72,6 +72,10 @@ class DamperSection(SectionModel):
     def bed(self) -> Any:
         """What it is apart from its damping model; None for a model of any particles."""
         return self.model_dump()
+
+    def with_steady_acceleration(self, acceleration_g: Vector | None) -> Self:
+        """Return the damper under a steady acceleration [g]; what is stated does not know it."""
+        return self
 
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.

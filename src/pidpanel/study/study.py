@@ -108,12 +108,9 @@ class Study(CouponStudy):
             mistakes = list(requirements.mistakes_of_optimise(self.optimise, self))
             yield from (mistake.prefix("optimise") for mistake in mistakes)
         yield from requirements.mistakes_of_atlas(self)
+        yield from requirements.mistakes_of_steady_acceleration(self)
         yield from requirements.mistakes_of_measurements(self)
         yield from requirements.mistakes_of_claims(self)
-        labels = [scenario.label for scenario in self.all_scenarios()]
-        for index, label in enumerate(self.response.maps):
-            if label not in labels:
-                yield Mistake(("response", "maps", index), f"must be one of {', '.join(labels)}")
 
     @property
     def acoustics(self) -> Sound:
@@ -224,7 +221,8 @@ class Study(CouponStudy):
             rival
             for rival in self.all_scenarios()
             if rival.label != scenario.label
-            and (rival.oaspl_db, rival.patches) == (scenario.oaspl_db, scenario.patches)
+            and (rival.oaspl_db, rival.steady_acceleration_g, rival.patches)
+            == (scenario.oaspl_db, scenario.steady_acceleration_g, scenario.patches)
             and not rival.is_bare
             and all(
                 first == second and (bed == other_bed or None in (bed, other_bed))
@@ -332,28 +330,25 @@ class Study(CouponStudy):
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
         """Return the scenarios of one family, in the order of its lists; one for a layout."""
         compared, several = self.scenarios[name], len(self.dampers) > 1
+        steady = compared.steady_acceleration_g
         if isinstance(compared, Layout):
             level = compared.oaspl_db or self.oaspl_db
             fillings = {
                 patch: filling.model_copy(update={"damper": self._name_of(filling.damper)})
                 for patch, filling in compared.layout.items()
             }
-            single = Scenario(label=name, fillings=fillings, oaspl_db=level, has_dampers=several)
+            single = Scenario(label=name, fillings=fillings, oaspl_db=level,
+                              steady_acceleration_g=steady, has_dampers=several)  # fmt: skip
             return (single,)
-        return tuple(
-            Scenario.of_patch(
-                patch,
-                Filling(damper=self._name_of(damper), fill_fraction=fill),
-                level,
-                has_dampers=several,
-            )
-            for damper, patch, fill, level in itertools.product(
-                as_tuple(compared.damper),
-                as_tuple(compared.patch),
-                as_tuple(compared.fill_fraction),
-                as_tuple(compared.oaspl_db or self.oaspl_db),
-            )
-        )
+        combinations = itertools.product(
+            as_tuple(compared.damper), as_tuple(compared.patch),
+            as_tuple(compared.fill_fraction), as_tuple(compared.oaspl_db or self.oaspl_db),
+        )  # fmt: skip
+        scenarios = []
+        for damper, patch, fill, level in combinations:
+            filling = Filling(damper=self._name_of(damper), fill_fraction=fill)
+            scenarios.append(Scenario.of_patch(patch, filling, level, steady, has_dampers=several))
+        return tuple(scenarios)
 
     def all_scenarios(self) -> tuple[Scenario, ...]:
         """Return every scenario once, the bare panel at each level first."""
@@ -371,6 +366,11 @@ class Study(CouponStudy):
     def damper_of(self, filling: Filling) -> DamperSection:
         """Return the damper of a patch."""
         return self.dampers[self._name_of(filling.damper)]
+
+    def damper_in(self, scenario: Scenario, patch: str) -> DamperSection:
+        """Return the damper of a patch under the steady acceleration of a scenario."""
+        damper = self.damper_of(scenario.fillings[patch])
+        return damper.with_steady_acceleration(scenario.steady_acceleration_g)
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""
