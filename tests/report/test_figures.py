@@ -15,6 +15,7 @@ from pidpanel.report.coupon_figures import (
     ACCELERATION,
     EQUIVALENT_DAMPING,
     FREQUENCY,
+    Law,
 )
 from pidpanel.report.html import Chart, PageCurve
 from pidpanel.report.response_figures import psd_unit
@@ -47,7 +48,7 @@ def assert_units(figure):
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     figure = response_figures.charts_figure([panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
-    assert figure.axes[0].get_ylabel() == "acceleration PSD at point 326, g²/Hz"
+    assert figure.axes[0].get_ylabel() == "PSD at point 326, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
     assert_units(figure)
 
@@ -97,7 +98,7 @@ def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, a
 def test_law_and_bound_are_drawn_beside_the_cases(cases):
     figure = coupon_figures.sweep_figure(
         cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION,
-        law=lambda frequency, fill: 1000 * fill + 0 * frequency, bound="bound_n_s_m3",
+        law=Law("law", lambda frequency, fill, _: 1000 * fill + 0 * frequency), bound="bound_n_s_m3",
     )  # fmt: skip
     lines = figure.axes[0].lines
     law = sorted(line.get_ydata()[0] for line in lines if line.get_linestyle() == "--")

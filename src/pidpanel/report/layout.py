@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
-from matplotlib.tri import TriContourSet
+from matplotlib.tri import Triangulation, TriContourSet
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
@@ -60,7 +60,7 @@ def log_scale(axes: Axes, names: str = "y") -> None:
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
     """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
     axes.set(xscale="log", xlim=(low, high))
-    figure = axes.get_figure()
+    figure = axes.get_figure(root=True)
     width = axes.get_position().width * (WIDTH if figure is None else figure.get_figwidth())
     steps = [s for gap, s in STEPS.items() if gap * width > TICK_WIDTH * np.log10(high / low)]
     ticks = np.outer(10.0 ** np.arange(5), steps[0] if steps else [1]).ravel()
@@ -82,10 +82,8 @@ def draw_curve(axes: Axes, x: Array, curve: PageCurve) -> None:
         "zorder": 3.0 if curve.colour == style.BARE else 2.0,
         "label": curve.label,
     }
-    if curve.log_error is not None:
-        factor = np.exp(curve.log_error)
-        low, high = curve.values / factor, curve.values * factor
-        axes.fill_between(x, low, high, color=curve.colour, alpha=0.22, lw=0)
+    if curve.band is not None:
+        axes.fill_between(x, *curve.band, color=curve.colour, alpha=0.22, lw=0)
     if curve.inside is None or curve.inside.all():
         axes.plot(x, curve.values, ls=LINES[curve.line], **look)
         return
@@ -125,8 +123,9 @@ def draw_field(
     """
     low, high = ends
     levels = np.linspace(low, high if high > low else low + 1.0, SHADES + 1)
+    mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
     drawn = axes.tricontourf(
-        *vertices.T, triangles_of(cells), values, levels=levels, antialiased=False,
+        mesh, values, levels=levels, antialiased=False,
         cmap=mpl.colormaps[colours].resampled(SHADES),
         extend="max" if values.max() > high else "neither",
     )  # fmt: skip

@@ -11,8 +11,7 @@ from pidpanel.report.response_figures import chart_picture
 from pidpanel.sound.from_study import spectrum_of, surroundings_text
 
 LEVEL = "band level, dB re 20 µPa"
-BLOCKED = "pressure PSD on two independent rigid faces, Pa²/Hz"
-DENSITY = {1: "pressure PSD on the surface, Pa²/Hz", 2: BLOCKED}
+DENSITY = {1: "pressure PSD on the face, Pa²/Hz", 2: "pressure PSD on both faces, Pa²/Hz"}
 
 
 def sound_setting(study: Study, basis: PanelBasis) -> str:
