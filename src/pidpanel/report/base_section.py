@@ -49,7 +49,7 @@ def base_section(
         pictures = list(_random_pictures(base.psd, names, points))
     if base.sine is not None and base.peaks is not None:
         sine = _sine_values(base.sine, base.peaks, names)
-        sine_pictures = list(_sine_pictures(base.sine, names, points, still=not pictures))
+        sine_pictures = list(_sine_pictures(base.sine, names, points, has_svg=not pictures))
     first, *further = pictures or sine_pictures
     values = {
         "large": [(motion, mm) for motion, mm in _largest(base) if mm > thickness_mm / 10],
@@ -192,7 +192,7 @@ def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[st
 
 
 def _sine_pictures(
-    sine: xr.Dataset, names: Names, points: Sequence[str], *, still: bool
+    sine: xr.Dataset, names: Names, points: Sequence[str], *, has_svg: bool
 ) -> Iterator[html.Picture]:
     """Yield amplitudes at the points and of the interface force, two at a time."""
     f, jumps = sine["frequency"].to_numpy(), [names[label] for label in _with_jumps(sine)]
@@ -218,5 +218,5 @@ def _sine_pictures(
     for start in range(0, len(charts), 2):
         pair = charts[start : start + 2]
         yield chart_picture(
-            f"base_sine_{start}", pair, caption, has_svg=still and not start, height=3.9
+            f"base_sine_{start}", pair, caption, has_svg=has_svg and not start, height=3.9
         )

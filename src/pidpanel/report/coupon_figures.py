@@ -16,6 +16,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
 from pidpanel.damping.surface import DampingSurface
@@ -93,14 +94,8 @@ def sweep_figure(
                 ls="-" if surface is None else "none",
             )  # fmt: skip
             if surface is not None:
-                points = [np.full(FINE, value), fine] if x is ACCELERATION else [fine, value]
-                damping = surface.evaluate(np.full(FINE, fill), *np.broadcast_arrays(*points))
-                mean = np.where(damping.inside, damping.equivalent_damping, np.nan)
-                factor = np.exp(damping.equivalent_damping_error / mean)
-                axes.plot(fine, mean, color=colour)
-                axes.fill_between(
-                    fine, mean / factor, mean * factor, color=colour, alpha=0.22, lw=0
-                )
+                points = (np.full(FINE, value), fine) if x is ACCELERATION else (fine, value)
+                _draw_surface(axes, surface, fine, (fill, *points), colour)
             if bound:
                 axes.plot(places, rows[bound], color=colour, ls=":", lw=0.8)
             if law and len(rows):
@@ -128,6 +123,17 @@ def sweep_figure(
         handles["dotted: bound of an inelastic bed"] = line(ls=":")
     layout.add_legend(figure, 7, handles)
     return figure
+
+
+def _draw_surface(
+    axes: Axes, surface: DampingSurface, x: Array, points: Sequence[ArrayLike], colour: str
+) -> None:
+    """Draw C_e with its standard error over x at points of r, f and Γ, within its range."""
+    damping = surface.evaluate(*np.broadcast_arrays(*points))
+    mean = np.where(damping.inside, damping.equivalent_damping, np.nan)
+    factor = np.exp(damping.equivalent_damping_error / mean)
+    axes.plot(x, mean, color=colour)
+    axes.fill_between(x, mean / factor, mean * factor, color=colour, alpha=0.22, lw=0)
 
 
 def loss_factor_tables(cases: pd.DataFrame) -> list[ColourTable]:

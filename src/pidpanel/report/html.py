@@ -118,8 +118,8 @@ class Chart:
         arrays = ("values", "log_error", "inside", "error")
         curves = []
         for curve in self.curves:
-            known = {name: getattr(curve, name) for name in arrays}
-            cut = {name: v[lines] for name, v in known.items() if v is not None}
+            fields = {name: getattr(curve, name) for name in arrays}
+            cut = {name: v[lines] for name, v in fields.items() if v is not None}
             curves.append(replace(curve, **cut))
         return replace(self, frequency=self.frequency[lines], curves=curves)
 
@@ -171,7 +171,7 @@ class Picture:
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     format: Literal["png", "webp"] = "png"
-    still: Drawing | None = None  # what readers without scripts see in place of the charts
+    vector: Drawing | None = None  # what readers without scripts see in place of the charts
 
     @property
     def is_image(self) -> bool:

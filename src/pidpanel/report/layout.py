@@ -123,6 +123,7 @@ def draw_field(
     """
     low, high = ends
     levels = np.linspace(low, high if high > low else low + 1.0, SHADES + 1)
+    levels[-1] += 1e-9 * (levels[-1] - low)  # an element of the highest value is drawn
     mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
     drawn = axes.tricontourf(
         mesh, values, levels=levels, antialiased=False,

@@ -111,8 +111,10 @@ def chart_picture(
 ) -> Picture:
     """Return charts with their figure, whose sizes [inch] are those of `charts_figure`."""
     drawing = style.Drawing(charts_figure, charts, **size)
-    still = style.Drawing(charts_figure, [c.thinned() for c in charts], **size) if has_svg else None
-    return Picture(name, drawing, caption, charts, still=still)
+    vector = (
+        style.Drawing(charts_figure, [c.thinned() for c in charts], **size) if has_svg else None
+    )
+    return Picture(name, drawing, caption, charts, vector=vector)
 
 
 def colour_table(
