@@ -33,6 +33,7 @@ SHADES = 64  # of the colour scale of a map
 
 # Ticks of a decade of frequency, by the least distance of two of them [decades].
 STEPS = {0.095: (1, 1.5, 2, 3, 4, 5, 7), 0.3: (1, 2, 5), 0.47: (1, 3), 1.0: (1,)}
+MOST_WIDE = 1e4  # ratio of the ends of an axis that has numbers between powers of ten
 TICK_WIDTH = 0.38  # of a number of four digits with its gap [inch]
 
 GREY = "#555555"  # colour of a legend's line that represents all colours
@@ -42,7 +43,10 @@ class PowerFormatter(ticker.LogFormatterSciNotation):
     """Numbers of a logarithmic axis as text: 20, 10⁻⁵."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the text of a tick."""
+        """Return the text of a tick, of powers of ten alone where there are many of them."""
+        low, high = self.axis.get_view_interval() if self.axis else (x, x)
+        if high > MOST_WIDE * low and not np.isclose(np.log10(x) % 1, [0, 1]).any():
+            return ""
         marked = super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
         plain = marked.replace(r"\times", "·").replace("-", "−")
         return re.sub(r"\^\{(.*)\}", lambda power: power[1].translate(SUPERSCRIPT), plain)
@@ -53,8 +57,9 @@ def log_scale(axes: Axes, names: str = "y") -> None:
     for name in names:
         axes.set(**{f"{name}scale": "log"})
         axis = axes.xaxis if name == "x" else axes.yaxis
-        axis.set_major_formatter(PowerFormatter())
-        axis.set_minor_formatter(PowerFormatter())
+        axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5), numticks=99))
+        axis.set_major_formatter(PowerFormatter(minor_thresholds=(np.inf, np.inf)))
+        axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
