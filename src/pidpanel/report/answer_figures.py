@@ -17,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
-from matplotlib.ticker import MaxNLocator
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
@@ -26,7 +25,14 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
-from pidpanel.report.layout import add_legend, draw_field, figure_of_axes, panel_axes, separate
+from pidpanel.report.layout import (
+    add_colour_bar,
+    add_legend,
+    draw_field,
+    figure_of_axes,
+    panel_axes,
+    separate,
+)
 from pidpanel.report.text import number, records
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
@@ -68,7 +74,7 @@ def panel_figure(
     if rms is not None:
         mapped = draw_field(axes, vertices, cells, rms, "YlOrRd", (0.0, float(rms.max())))
         look: dict[str, Any] = {"shrink": 0.8, "pad": 0.02, "aspect": 25}
-        figure.colorbar(mapped, ax=axes, label="g rms", ticks=MaxNLocator(6), **look)
+        add_colour_bar(figure, mapped, [axes], "g rms", **look)
         worst = vertices[int(rms.argmax())]
         axes.plot(
             *worst, "*", color="#111111", ms=11, mec="white", mew=0.8, clip_on=False, zorder=9,

@@ -139,6 +139,16 @@ def draw_field(
     return drawn
 
 
+def add_colour_bar(
+    figure: Figure, drawn: TriContourSet, axes: Sequence[Axes], label: str, **look: Any
+) -> None:
+    """Add the scale of fields that `draw_field` drew, with ticks within it."""
+    low, high = float(drawn.levels[0]), float(drawn.levels[-1])
+    ticks = np.array(ticker.MaxNLocator(6).tick_values(low, high))
+    within = ticks[(ticks >= low) & (ticks <= high)]
+    figure.colorbar(drawn, ax=list(axes), label=label, ticks=within.tolist(), **look)
+
+
 def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:
     """Frame a panel with vertices (n, 2) [m] and a share of its length around it."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
