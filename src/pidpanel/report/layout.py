@@ -143,7 +143,7 @@ def add_colour_bar(
     figure: Figure, drawn: TriContourSet, axes: Sequence[Axes], label: str, **look: Any
 ) -> None:
     """Add the scale of fields that `draw_field` drew, with ticks within it."""
-    low, high = float(drawn.levels[0]), float(drawn.levels[-1])
+    low, *_, high = drawn.levels
     ticks = np.array(ticker.MaxNLocator(6).tick_values(low, high))
     within = ticks[(ticks >= low) & (ticks <= high)]
     figure.colorbar(drawn, ax=list(axes), label=label, ticks=within.tolist(), **look)
