@@ -142,7 +142,7 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
     good = answer_table(inputs, answered(study, respond))
     assert [row[-1] for row in good.rows] == ["yes"] * len(good.rows)
     between = answer_table(inputs, answered(study, respond, between_share=0.3))
-    assert between.rows[1][-1] == "yes; simulate to narrow the error (model: coupled)"
+    assert between.rows[1][-1] == "yes; simulate for a smaller ±"
     # g rms ± error (3σ), and dB ± error
     assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
 

@@ -1,16 +1,17 @@
 """Coupled runs on the page: what they know, and C_e and m_a over frequency."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from coupled_study import coupled_results
 
-from pidpanel.report import html, style
+from pidpanel.report import html
 from pidpanel.report.coupled_section import (
     CURVES,
-    coupled_figure,
     coupled_section,
+    damping_picture,
 )
 from pidpanel.report.study_page import study_page
 from tests.page_reader import blocks_of
@@ -47,12 +48,13 @@ def test_a_point_at_rest_takes_no_part(coupled):
 
 def test_a_negative_damping_is_not_drawn_and_there_are_few_curves(coupled):
     impedance = coupled.coupled.impedance
-    with style.context():
-        damping, mass = coupled_figure(impedance, coupled.names).axes
-    assert len(damping.containers) == len(mass.containers) == min(CURVES, 6)
-    values = damping.containers[0].lines[0].get_ydata()
-    assert values[:2] == pytest.approx([300.0, 100.0]) and np.isnan(values[2])
-    assert damping.get_ylim()[0] == pytest.approx(100 / 3)
+    damping, mass = damping_picture("coupled", impedance, coupled.names).charts
+    assert len(damping.curves) == len(mass.curves) == min(CURVES, 6)
+    drawn = json.loads(damping.json)["curves"][0]
+    assert drawn["values"][:2] == pytest.approx([300.0, 100.0]) and drawn["values"][2] is None
+    high, low = np.array([band[:2] for band in drawn["band"]], float)
+    error = impedance["equivalent_damping_error_n_s_m3"].iloc[0]
+    assert high[0] - low[0] == pytest.approx(2 * error)
 
 
 def test_a_study_of_coupled_runs_alone_has_a_whole_page(coupled, coupled_study):

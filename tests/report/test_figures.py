@@ -1,12 +1,16 @@
 """Figures carry their units, one line a scenario, and say where damping is a continuation."""
 
+import itertools
 import re
 
 import numpy as np
 import pytest
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgb
 
 from pidpanel.report import (
     coupon_figures,
+    layout,
     response_figures,
     sound_section,
     style,
@@ -15,6 +19,7 @@ from pidpanel.report.coupon_figures import (
     ACCELERATION,
     EQUIVALENT_DAMPING,
     FREQUENCY,
+    Law,
 )
 from pidpanel.report.html import Chart, PageCurve
 from pidpanel.report.response_figures import psd_unit
@@ -47,7 +52,7 @@ def assert_units(figure):
 def test_a_psd_figure_has_one_line_a_scenario_and_a_unit_on_each_axis():
     figure = response_figures.charts_figure([panel(), panel(title="law")])
     assert [len(axes.lines) for axes in figure.axes] == [4, 4]
-    assert figure.axes[0].get_ylabel() == "acceleration PSD at point 326, g²/Hz"
+    assert figure.axes[0].get_ylabel() == "PSD at point 326, g²/Hz"
     assert {axes.get_xlabel() for axes in figure.axes} == {"frequency, Hz"}
     assert_units(figure)
 
@@ -97,7 +102,7 @@ def test_a_sweep_has_axes_a_value_and_error_bars_a_fill(cases, x, y, panel_of, a
 def test_law_and_bound_are_drawn_beside_the_cases(cases):
     figure = coupon_figures.sweep_figure(
         cases, FREQUENCY, EQUIVALENT_DAMPING, ACCELERATION,
-        law=lambda frequency, fill: 1000 * fill + 0 * frequency, bound="bound_n_s_m3",
+        law=Law("law", lambda frequency, fill, _: 1000 * fill + 0 * frequency), bound="bound_n_s_m3",
     )  # fmt: skip
     lines = figure.axes[0].lines
     law = sorted(line.get_ydata()[0] for line in lines if line.get_linestyle() == "--")
@@ -117,3 +122,43 @@ def test_the_same_numbers_give_the_same_bytes_and_no_date():
     first, second = (style.png(response_figures.charts_figure([panel()])) for _ in range(2))
     assert first == second
     assert b"tEXt" not in first
+
+
+@pytest.mark.parametrize("across", [1, 2, 5])
+def test_ticks_of_a_frequency_axis_do_not_run_into_each_other(across):
+    with style.context():
+        figure, grid = layout.figure_of_axes(across, across, 2.0, 0.0)
+        for axes in grid:
+            layout.frequency_axis(axes, 40.0, 2500.0)
+        figure.draw_without_rendering()
+        for axes in grid:
+            boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+            assert len(boxes) >= 2
+            for first, second in itertools.pairwise(boxes):
+                assert first.x1 < second.x0
+
+
+@pytest.mark.parametrize("count", range(1, 13))
+def test_rows_of_axes_are_full_or_have_the_legend_in_the_one_empty_place(count):
+    with style.context():
+        figure, grid = layout.figure_of_axes(count, 3, 2.0, 0.0)
+        grid[0].plot([1, 2], label="a curve")
+        layout.add_legend(figure, 3)
+    empty = [axes for axes in figure.axes if not axes.axison]
+    assert len(grid) == count and len(empty) <= 1
+    assert [axes.get_legend() is not None for axes in empty] == [True] * len(empty)
+    assert len(figure.legends) == 1 - len(empty)
+
+
+def test_texts_on_colours_have_the_contrast_that_is_required():
+    values = np.linspace(-1, 1, 201)[None]
+    (row,) = response_figures.colour_table(
+        "", [], [""], values, ScalarMappable(Normalize(-1, 1), "RdBu"), str
+    ).cells
+    for _, colour, is_dark in row:
+        linear = [
+            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)
+        ]
+        light = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+        contrast = 1.05 / (light + 0.05) if is_dark else (light + 0.05) / 0.05
+        assert contrast >= 4.5  # WCAG 2, level AA

@@ -12,6 +12,7 @@ import pytest
 from pidpanel.report import html
 from pidpanel.report.claims import verdict_table
 from pidpanel.report.names import Claim
+from pidpanel.report.response_figures import chart_picture
 
 CLAIM = Claim(text="all is well", scenarios="fill", comparison="lowered")
 PNG = b"\x89PNG\r\n\x1a\n made up"
@@ -102,3 +103,46 @@ def test_a_name_in_a_chart_cannot_end_or_keep_open_its_script(name):
     chart = html.Chart("title", np.arange(1.0, 4.0), "unit", [curve])
     assert "<" not in chart.json
     assert json.loads(chart.json)["curves"][0]["label"] == name
+
+
+def test_curves_in_the_page_are_those_of_all_lines_to_half_a_percent():
+    frequency = np.geomspace(20, 2000, 3000)
+    resonance = 1 / ((1 - (frequency / 300) ** 2) ** 2 + (0.02 * frequency / 300) ** 2)
+    step = np.where(frequency < 700, 1.0, 4.0)
+    gap = np.where((frequency > 100) & (frequency < 120), np.nan, frequency)
+    curves = [html.PageCurve(name, v, "#000000") for name, v in
+              (("resonance", resonance), ("step", step), ("gap", gap))]  # fmt: skip
+    drawn = json.loads(html.Chart("", frequency, "unit", curves).json)
+    assert len(drawn["x"]) < len(frequency) / 3
+    for curve, values in zip(drawn["curves"], (resonance, step, gap), strict=True):
+        kept = np.array([np.nan if v is None else v for v in curve["values"]])
+        again = np.exp(np.interp(np.log(frequency), np.log(drawn["x"]), np.log(kept)))
+        known = np.isfinite(values) & np.isfinite(again)
+        # passes add up to at most four times the half percent of each
+        np.testing.assert_allclose(again[known], values[known], rtol=0.02)
+        assert known.sum() >= np.isfinite(values).sum() - 8
+    assert min(drawn["x"]) == pytest.approx(20) and max(drawn["x"]) == pytest.approx(2000)
+
+
+def test_the_range_of_the_data_has_the_same_ends_with_fewer_lines():
+    frequency = np.geomspace(20, 2000, 1000)
+    inside = (frequency > 90) & (frequency < 400)
+    curve = html.PageCurve("one", np.ones(1000), "#000000", inside=inside)
+    drawn = json.loads(html.Chart("", frequency, "unit", [curve]).json)
+    first, *_ = drawn["curves"][0]["outside"]
+    assert first == 0 and len(drawn["x"]) < 200
+    ends = [drawn["x"][k] for k in drawn["curves"][0]["outside"][1:3]]
+    assert ends == pytest.approx([frequency[inside][0], frequency[frequency >= 400][0]], rel=1e-5)
+
+
+def test_readers_without_scripts_see_the_first_psd():
+    chart = html.Chart(
+        "", np.arange(1.0, 9.0), "unit", [html.PageCurve("a", np.ones(8), "#000000")]
+    )
+    pictures = [
+        chart_picture(name, [chart], "PSD", has_svg=name == "one") for name in ("one", "two")
+    ]
+    text = html.render(page(*pictures))
+    assert text.count("<svg") == 1
+    inside = text[text.index("<noscript><div") : text.index("</svg>")]
+    assert 'aria-label="PSD"' in inside and "frequency, Hz" in inside

@@ -83,9 +83,7 @@ def test_the_figure_of_a_layout_has_its_dead_weight_dotted(told):
     psd = told.psd.copy()
     psd["dead_weight_acceleration_psd"] = psd["acceleration_psd"] / 2
     pictures = response_section.layouts_section(dataclasses.replace(told, psd=psd)).pictures
-    assert [p.name for p in pictures] == [
-        f"psd_layouts_1_{point}" for point in ("middle", "corner")
-    ]
+    assert [p.name for p in pictures] == [f"psd_layouts_{point}" for point in ("middle", "corner")]
     (axes,) = response_figures.charts_figure(pictures[0].charts).axes
     styles = [line.get_linestyle() for line in axes.get_lines()]
     curves = pictures[0].charts[0].curves

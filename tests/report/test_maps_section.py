@@ -36,3 +36,20 @@ def test_each_map_has_its_unit_and_one_scale(maps):
 def test_one_singular_corner_does_not_take_the_colours():
     values, area = np.append(np.linspace(0, 1, 999), 1e6)[None], np.ones(1000)
     assert _exceeded_by(values, area) == pytest.approx(0.99, abs=0.01)
+
+
+def test_ticks_of_a_colour_bar_lie_where_their_values_are(maps):
+    figure = map_figure(maps, np.array([[True, False]]), ["bare panel", "A"])
+    figure.draw_without_rendering()
+    for bar in (ax for ax in figure.axes if ax.get_label() == "<colorbar>"):
+        field = next(ax for ax in figure.axes if ax.get_label() != "<colorbar>")
+        assert field.collections[0].levels[0] == 0
+        low, high = bar.get_ylim()
+        ticks = bar.get_yticks()
+        assert len(ticks) >= 3 and low <= min(ticks) and max(ticks) <= high
+        # in equal steps of the values and of the bar
+        assert np.ptp(np.diff(ticks)) < 1e-9
+        labels = [float(text.get_text()) for text in bar.get_yticklabels()]
+        places = bar.transData.transform(np.column_stack([0 * ticks, ticks]))[:, 1]
+        assert np.polyfit(labels, places, 1)[0] > 0
+        assert np.ptp(np.diff(places) / np.diff(labels)) < 0.03 * np.mean(np.diff(places))

@@ -108,3 +108,17 @@ def test_a_map_has_the_colours_of_its_bar_and_no_others():
     assert share > 0.98  # the rest are grid lines
     drawn = figure.axes[0].collections[0].get_array()
     assert -1 <= drawn.min() < -0.95 and 0.95 < drawn.max() <= 1
+
+
+def test_a_map_has_no_hole_where_an_element_has_the_highest_value():
+    corners = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]])
+    cells = np.array([[0, 1, 2, 3], [1, 4, 5, 2]])
+    with style.context():
+        figure = Figure(figsize=(2, 1), frameon=False)
+        axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 2), ylim=(0, 1))
+        axes.set_axis_off()
+        draw_field(axes, corners, cells, np.array([1.0, 1, 1, 1, -1, -1]), "RdBu_r", (-1.0, 1.0))
+        pixels = np.asarray(Image.open(BytesIO(style.png(figure))).convert("RGB"))
+    # the left half has the colour of the highest value
+    half = pixels[5:-5, 5 : pixels.shape[1] // 2 - 5].reshape(-1, 3)
+    assert len(np.unique(half, axis=0)) == 1 and half[0, 0] < 120

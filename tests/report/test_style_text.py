@@ -28,3 +28,14 @@ def test_ticks_of_a_logarithmic_axis_are_numbers_and_powers_of_ten():
         figure.draw_without_rendering()
         texts = {text.get_text() for text in axes.get_yticklabels()}
     assert {"10⁻⁷", "10⁻⁵", "0.001", "10", "1000"} <= texts
+
+
+def test_two_decades_have_ticks_between_their_powers():
+    with style.context():
+        figure = Figure()
+        axes = figure.subplots()
+        axes.set_ylim(0.04, 3.0)
+        log_scale(axes)
+        figure.draw_without_rendering()
+        texts = {text.get_text() for text in axes.get_yticklabels()}
+    assert {"0.05", "0.1", "0.2", "0.5", "1", "2"} <= texts

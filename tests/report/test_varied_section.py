@@ -8,10 +8,8 @@ from pidpanel.report.from_study import varied_keys
 from pidpanel.report.varied_section import (
     comparison,
     findings,
-    varied_section,
 )
 from pidpanel.study import CouponStudy
-from tests.page_reader import blocks_of
 
 
 @pytest.fixture
@@ -59,10 +57,3 @@ def test_sizes_are_varied_only_where_there_are_several():
         {"name": "x", "coupon": {"sweep": sweep, "vary": {"particles.friction": [0.1]}}}
     )
     assert varied_keys(study) == ["particles.friction", "diameter_mm"]
-
-
-def test_the_table_has_a_row_for_each_point_and_a_column_for_each_value(varied):
-    table = blocks_of(varied_section(varied.drop(index=12), ["particles.friction"]))[0]
-    assert table.columns == ["r", "f, Hz", "Γ", "0.1", "0.4", "0.9"]
-    assert len(table.rows) == 12 and table.folded
-    assert table.rows[0] == ["0.3", "100", "3", "150 ± 20", "–", "450 ± 20"]

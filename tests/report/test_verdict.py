@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.verdict import BAND_LIMIT, RMS_LIMIT, CoupledRun, distance
+from pidpanel.report.verdict_files import BAND_LIMIT, RMS_LIMIT, CoupledRun, distance
 
 BANDS = np.array([5.0, 8.0, 3.0, 0.7])
 

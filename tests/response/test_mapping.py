@@ -43,12 +43,12 @@ def test_dampers_are_read_on_the_lines_of_the_maps():
     )
     panel = SimpleNamespace(coarse_frequency=coarse)
     scenario = SimpleNamespace(is_bare=False, label="s", patches=("b", "a"), factor=2.5)
-    damping, mass, factor = _dampers(panel, psd, scenario)
+    damping, mass, factor = _dampers(panel, psd, scenario, scenario.patches)
     np.testing.assert_allclose(damping, [[15, 30], [2, 5]])
     np.testing.assert_allclose(mass, 2 * damping)
     assert factor == 2.5
-    bare = _dampers(panel, psd, SimpleNamespace(is_bare=True, factor=0.5))
-    assert bare[0].shape == bare[1].shape == (0, 2) and bare[2] == 0.5
+    bare = _dampers(panel, psd, SimpleNamespace(is_bare=True, factor=0.5), ("a", "b"))
+    assert bare[0].shape == (2, 2) and not bare[0].any() and not bare[1].any() and bare[2] == 0.5
 
 
 class Force:
@@ -72,7 +72,7 @@ def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path
         "write_paraview": lambda folder, dataset: None,
         "is_steady": lambda psd, label: True,
         "_error_of_points": lambda psd, label: 0.1,
-        "_dampers": lambda panel, psd, scenario: scenario.label,
+        "_dampers": lambda panel, psd, scenario, names: scenario.label,
         "own_force_of": lambda panel, scenario: scenario.force,
     }
     for name, function in known.items():
@@ -90,16 +90,22 @@ def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path
         patches=SimpleNamespace(subset=tuple), particle_force=lambda sources: sources,
     )  # fmt: skip
     scenarios = [
-        SimpleNamespace(label="bare", patches=(), is_coupled=False, factor=2.5, force=None),
-        SimpleNamespace(label="s", patches=("b",), is_coupled=True, factor=2.5, force="its own"),
-        SimpleNamespace(label="t", patches=("b",), is_coupled=False, factor=2.5, force=None),
+        SimpleNamespace(
+            label="bare", patches=(), is_bare=True, is_coupled=False, factor=2.5, force=None
+        ),
+        SimpleNamespace(
+            label="s", patches=("b",), is_bare=False, is_coupled=True, factor=2.5, force="its own"
+        ),
+        SimpleNamespace(
+            label="t", patches=("b",), is_bare=False, is_coupled=False, factor=2.5, force=None
+        ),
     ]
     path = tmp_path / "maps.nc"
     output = SimpleNamespace(maps=path, folder=tmp_path)
     mapping.write_rms_maps(panel, scenarios, None, {}, output)
-    assert [dampers for *_, dampers in asked] == [["bare"], ["s"], ["t"]]
-    assert [patches for _, patches, _ in asked] == [(), (1,), (1,)]
-    assert asked[0][0] is force and asked[2][0] is force
+    assert [dampers for *_, dampers in asked] == [["bare", "t"], ["s"]]
+    assert [patches for _, patches, _ in asked] == [(1,), (1,)]
+    assert asked[0][0] is force
     own = asked[1][0]
     assert (own.first, own.second, own.share) == (force, "its own", 0.4)
     with xr.open_dataset(path, engine="scipy") as maps:

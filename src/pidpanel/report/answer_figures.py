@@ -9,13 +9,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
-from matplotlib.ticker import MaxNLocator
 
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
@@ -24,7 +25,15 @@ from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
-from pidpanel.report.layout import add_legend, draw_field, figure_of_axes, panel_axes, separate
+from pidpanel.report.layout import (
+    add_colour_bar,
+    add_legend,
+    draw_field,
+    figure_of_axes,
+    panel_axes,
+    separate,
+)
+from pidpanel.report.text import number, records
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
@@ -46,10 +55,16 @@ _EDGE = {
 }
 
 
-def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> Figure:
+def panel_figure(
+    basis: PanelBasis,
+    panel: StudiedPanel,
+    rms: Array | None,
+    layout: pd.DataFrame | None = None,
+) -> Figure:
     """Draw outline, supports, masses, patches and points over a map of rms acceleration.
 
-    ``rms``: (n_vertices,) [g]; None for no map.
+    ``rms``: (n_vertices,) [g]; None for no map. ``layout``: rows of ``optimise/layouts.csv`` in
+    place of the patches of the study.
     """
     vertices, cells = basis.vertex_position, basis.cells
     size = np.ptp(vertices, axis=0)
@@ -59,23 +74,14 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     if rms is not None:
         mapped = draw_field(axes, vertices, cells, rms, "YlOrRd", (0.0, float(rms.max())))
         look: dict[str, Any] = {"shrink": 0.8, "pad": 0.02, "aspect": 25}
-        figure.colorbar(mapped, ax=axes, label="g rms", ticks=MaxNLocator(6), **look)
+        add_colour_bar(figure, mapped, [axes], "g rms", **look)
         worst = vertices[int(rms.argmax())]
         axes.plot(
             *worst, "*", color="#111111", ms=11, mec="white", mew=0.8, clip_on=False, zorder=9,
             label=f"largest, {rms.max():.3g} g rms",
         )  # fmt: skip
     _edges(axes, basis, panel.supports)
-    for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
-        colour = style.place_colour(name, basis.patch_names)
-        line = vertices[boundary_edges(cells[inside])]
-        axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
-        axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
-        low, high = line.min(axis=(0, 1)), line.max(axis=(0, 1))
-        below = (low[0] + high[0]) / 2, low[1]
-        names.append(axes.annotate(
-            name, below, (0, -2), color=colour, ha="center", va="top", **_BOLD
-        ))  # fmt: skip
+    names += _patches(axes, basis) if layout is None else _fillings(axes, layout)
     names += _attachments(axes, panel)
     for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
         axes.plot(
@@ -92,6 +98,35 @@ def panel_figure(basis: PanelBasis, panel: StudiedPanel, rms: Array | None) -> F
     marked += itertools.chain.from_iterable(item.ends for item in panel.attachments.values())
     separate(figure, names, marked)
     return figure
+
+
+def _patches(axes: Axes, basis: PanelBasis) -> list[Annotation]:
+    vertices, cells, names = basis.vertex_position, basis.cells, []
+    for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
+        colour = style.place_colour(name, basis.patch_names)
+        line = vertices[boundary_edges(cells[inside])]
+        axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
+        axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
+        low, high = line.min(axis=(0, 1)), line.max(axis=(0, 1))
+        below = (low[0] + high[0]) / 2, low[1]
+        names.append(axes.annotate(
+            name, below, (0, -2), color=colour, ha="center", va="top", **_BOLD
+        ))  # fmt: skip
+    return names
+
+
+def _fillings(axes: Axes, layout: pd.DataFrame) -> list[Annotation]:
+    names, dampers = [], sorted(set(layout["damper"]))
+    for row in records(layout):
+        x, y, across, up = (
+            row[f"{name}_m"] for name in ("centre_x", "centre_y", "size_x", "size_y")
+        )
+        colour, low = style.place_colour(row["damper"], dampers), y - up / 2
+        axes.add_patch(Rectangle((x - across / 2, low), across, up, color=colour, alpha=0.35))
+        share = f" {100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
+        text = f"{row['damper']}{share}\n{number(row['mass_kg'])} kg"
+        names.append(axes.annotate(text, (x, low), (0, -2), va="top", color=colour, **_SMALL))
+    return names
 
 
 def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:

@@ -49,7 +49,7 @@ def base_section(
         pictures = list(_random_pictures(base.psd, names, points))
     if base.sine is not None and base.peaks is not None:
         sine = _sine_values(base.sine, base.peaks, names)
-        sine_pictures = list(_sine_pictures(base.sine, names, points))
+        sine_pictures = list(_sine_pictures(base.sine, names, points, has_svg=not pictures))
     first, *further = pictures or sine_pictures
     values = {
         "large": [(motion, mm) for motion, mm in _largest(base) if mm > thickness_mm / 10],
@@ -141,7 +141,7 @@ def _random_pictures(
     force = _curves(stated["interface_force_psd"], names, stated["force_log_error"])
     charts = [
         html.Chart("force", f, "force PSD, N²/Hz", force),
-        html.Chart("input", f, "acceleration PSD of the supports, g²/Hz", inputs),
+        html.Chart("input", f, "PSD of the supports, g²/Hz", inputs),
     ]
     caption = "Force of all supports under the stated input; stated and notched inputs."
     yield chart_picture("base_interface", charts, caption, height=3.9)
@@ -191,7 +191,9 @@ def _sine_values(sine: xr.Dataset, peaks: pd.DataFrame, names: Names) -> dict[st
     }
 
 
-def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Iterator[html.Picture]:
+def _sine_pictures(
+    sine: xr.Dataset, names: Names, points: Sequence[str], *, has_svg: bool
+) -> Iterator[html.Picture]:
     """Yield amplitudes at the points and of the interface force, two at a time."""
     f, jumps = sine["frequency"].to_numpy(), [names[label] for label in _with_jumps(sine)]
     drawn = []
@@ -215,4 +217,6 @@ def _sine_pictures(sine: xr.Dataset, names: Names, points: Sequence[str]) -> Ite
     )
     for start in range(0, len(charts), 2):
         pair = charts[start : start + 2]
-        yield chart_picture(f"base_sine_{start}", pair, caption, has_svg=not start, height=3.9)
+        yield chart_picture(
+            f"base_sine_{start}", pair, caption, has_svg=has_svg and not start, height=3.9
+        )

@@ -1,19 +1,24 @@
 """C_e and m_a of every patch on the page: from coupled runs, or from the atlas."""
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from pidpanel.report import style
-from pidpanel.report.html import PageSection, figure_picture, template_section
+from pidpanel.report.html import Chart, PageCurve, PageSection, Picture, template_section
 from pidpanel.report.inputs import AtlasResults, CoupledResults
-from pidpanel.report.layout import add_legend, figure_of_axes, frequency_axis, log_scale, pick
+from pidpanel.report.layout import pick
+from pidpanel.report.response_figures import chart_picture
 from pidpanel.report.text import number, plain, records, signed, span
 
 CURVES = 6  # patches in the figure at most
+
+# Columns of the figure: name, label, whether on a logarithmic axis.
+QUANTITIES = (
+    ("equivalent_damping_n_s_m3", "Cₑ, N s/m³", True),
+    ("apparent_mass_kg_m2", "apparent mass mₐ, kg/m²", False),
+)
 
 
 def coupled_section(
@@ -27,7 +32,7 @@ def coupled_section(
     values = {
         "in_air": in_air,
         "rows": coupled_rows(results, names, points),
-        "damping": figure_picture("coupled_damping", coupled_figure, results.impedance, names),
+        "damping": damping_picture("coupled_damping", results.impedance, names),
     }
     return template_section("coupled.html", "Panel and particles together", values)
 
@@ -68,34 +73,22 @@ def _by_patch(beds: pd.DataFrame, column: str, text: Callable[[float], str] = nu
     return ", ".join(f"{value} ({patch})" for patch, value in values.items())
 
 
-def coupled_figure(table: pd.DataFrame, names: Mapping[str, str]) -> Figure:
-    """Draw C_e and m_a over frequency, at most `CURVES` patches."""
-    figure, (damping, mass) = figure_of_axes(2, 2, 3.4, 0.0)
+def damping_picture(name: str, table: pd.DataFrame, names: Mapping[str, str]) -> Picture:
+    """Return C_e and m_a over frequency with their errors, of at most `CURVES` patches."""
     groups = list(table.groupby(["scenario", "patch"], sort=False))
     beds = [groups[int(place)] for place in pick(np.arange(float(len(groups))), CURVES)]
-    for index, ((label, patch), rows) in enumerate(beds):
-        several = table.loc[table["scenario"] == label, "patch"].nunique() > 1
-        look: dict[str, Any] = {
-            "fmt": f"-{style.MARKERS[index % len(style.MARKERS)]}",
-            "color": style.PLACES[index % len(style.PLACES)],
-            "capsize": 1.5,
-            "elinewidth": 0.7,
-            "label": names[str(label)] + (f": {patch}" if several else ""),
-        }
-        positive = rows["equivalent_damping_n_s_m3"].where(rows["equivalent_damping_n_s_m3"] > 0)
-        errors = rows["equivalent_damping_error_n_s_m3"], rows["apparent_mass_error_kg_m2"]
-        damping.errorbar(rows["frequency_hz"], positive, errors[0], **look)
-        mass.errorbar(rows["frequency_hz"], rows["apparent_mass_kg_m2"], errors[1], **look)
-    for axes in (damping, mass):
-        frequency_axis(axes, 0.9 * table["frequency_hz"].min(), 1.1 * table["frequency_hz"].max())
-    log_scale(damping)
-    drawn = table.loc[table["equivalent_damping_n_s_m3"] > 0, "equivalent_damping_n_s_m3"]
-    damping.set_ylim(bottom=drawn.min() / 3 if len(drawn) else None)  # not to an error's lower end
-    damping.set_ylabel("Cₑ, N s/m³")
-    mass.set_ylabel("mₐ, kg/m²")
-    mass.axhline(0, color="#999999", lw=0.6)
-    add_legend(figure, 3)
-    return figure
+    frequency, charts = np.unique(table["frequency_hz"]), []
+    for column, label, is_log in QUANTITIES:
+        curves = []
+        for ((scenario, patch), rows), colour in zip(beds, style.PLACES, strict=False):
+            several = table.loc[table["scenario"] == scenario, "patch"].nunique() > 1
+            rows = rows.set_index("frequency_hz").reindex(frequency)
+            error = rows[column.replace("_n_s", "_error_n_s").replace("_kg", "_error_kg")]
+            curve_name = names[str(scenario)] + (f": {patch}" if several else "")
+            values = rows[column].to_numpy()
+            curves.append(PageCurve(curve_name, values, colour, error=error.to_numpy()))
+        charts.append(Chart("", frequency, label, curves, is_log=is_log))
+    return chart_picture(name, charts, height=3.4)
 
 
 LINES = 40  # frequencies of a curve
@@ -125,7 +118,7 @@ def atlas_section(
     beds = curves(atlas, layouts, frequency)
     picture = None
     if len(beds):  # else the atlas has no bed at any of these motions
-        picture = figure_picture("atlas_damping", coupled_figure, beds, names)
+        picture = damping_picture("atlas_damping", beds, names)
     values = {"atlas": atlas.text, "damping": picture, "is_coupled": is_coupled}
     return template_section("atlas.html", "Damping from the atlas", values)
 

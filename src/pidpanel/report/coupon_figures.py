@@ -6,9 +6,8 @@ Functions return a `matplotlib.figure.Figure`; call them within `style.context`.
 import itertools
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -16,10 +15,22 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array
-from pidpanel.coupon.window import CLOSURE_LIMIT
-from pidpanel.report import layout, style, text
+from pidpanel.damping.surface import DampingSurface
+from pidpanel.report import layout, style
+from pidpanel.report.html import ColourTable
+from pidpanel.report.response_figures import colour_table
+from pidpanel.report.text import number
+
+
+class Law(NamedTuple):
+    """A law of C_e that is drawn with cases."""
+
+    name: str
+    damping: Callable[[Array, float, float], Array]  # [N s/m³] of f [Hz], r and Γ
 
 
 class AxisQuantity(NamedTuple):
@@ -41,6 +52,8 @@ MASS_SHARE = AxisQuantity("apparent_mass_share", "mₐ / mass of the particles, 
 FREQUENCY = AxisQuantity("frequency_hz", "frequency, Hz", True, symbol="f")
 ACCELERATION = AxisQuantity("acceleration_g", "acceleration amplitude Γ, –", True, symbol="Γ")
 
+FINE = 61  # points of a surface or law along an axis
+
 FEW_TICKS = 6  # most values of a sweep for a tick at each
 
 
@@ -56,14 +69,20 @@ def sweep_figure(
     y: AxisQuantity,
     panel: AxisQuantity,
     *,
-    law: Callable[[Array, float], Array] | None = None,
+    law: Law | None = None,
     bound: str | None = None,
+    surface: DampingSurface | None = None,
 ) -> Figure:
-    """Draw a quantity of the coupon over frequency or acceleration, one line per fill."""
+    """Draw a quantity of the coupon over frequency or acceleration, one line per fill.
+
+    Over frequency with the law, and with the surface of C_e in place of lines between the cases.
+    """
     values = list(np.unique(cases[panel.column]))
     fills = sorted(cases["fill_fraction"].unique())
     figure, grid = layout.figure_of_axes(len(values), 3, 2.55, 0.5, sharex=True, sharey=True)
     ticks = np.unique(cases[x.column])
+    fine = np.geomspace(ticks[0], ticks[-1], FINE)
+    law = law if x is FREQUENCY else None
     for axes, value in zip(grid, values, strict=True):
         panel_cases = cases[cases[panel.column] == value]
         for fill, marker in zip(fills, itertools.cycle(style.MARKERS), strict=False):
@@ -72,14 +91,16 @@ def sweep_figure(
             axes.errorbar(
                 places, rows[y.column], yerr=rows[y.error],
                 color=colour, marker=marker, capsize=1.8, elinewidth=0.7, capthick=0.7,
+                ls="-" if surface is None else "none",
             )  # fmt: skip
+            if surface is not None:
+                points = (np.full(FINE, value), fine) if x is ACCELERATION else (fine, value)
+                _draw_surface(axes, surface, fine, (fill, *points), colour)
             if bound:
                 axes.plot(places, rows[bound], color=colour, ls=":", lw=0.8)
             if law and len(rows):
-                over_f = x is FREQUENCY
-                fine = np.geomspace(ticks[0], ticks[-1], 60) if over_f else ticks[[0, -1]]
-                damping = law(fine if over_f else np.full(2, value), fill)
-                axes.plot(fine, damping, color=colour, ls="--", lw=0.8)
+                fitted = law.damping(fine, fill, float(value))
+                axes.plot(fine, fitted, color=colour, ls="--", lw=0.8)
         axes.set_title(_constant(panel, value), loc="left")
         layout.log_scale(axes, "xy" if y.log else "x")
         if not y.log:
@@ -95,55 +116,37 @@ def sweep_figure(
     handles = layout.fill_handles(fills)
     line = partial(Line2D, [], [], color=layout.GREY, lw=0.8)
     if law:
-        handles["dashed: the paper's law, corrected"] = line(ls="--")
+        handles[f"dashed: {law.name}"] = line(ls="--")
+    if surface is not None:
+        handles["surface ± standard error"] = Patch(color=layout.GREY, alpha=0.35)
     if bound:
         handles["dotted: bound of an inelastic bed"] = line(ls=":")
     layout.add_legend(figure, 7, handles)
     return figure
 
 
-CELLS_WITH_TEXT = 12  # most frequencies of a map whose values are written into it
+def _draw_surface(
+    axes: Axes, surface: DampingSurface, x: Array, points: Sequence[ArrayLike], colour: str
+) -> None:
+    """Draw C_e with its standard error over x at points of r, f and Γ, within its range."""
+    damping = surface.evaluate(*np.broadcast_arrays(*points))
+    mean = np.where(damping.inside, damping.equivalent_damping, np.nan)
+    factor = np.exp(damping.equivalent_damping_error / mean)
+    axes.plot(x, mean, color=colour)
+    axes.fill_between(x, mean / factor, mean * factor, color=colour, alpha=0.22, lw=0)
 
 
-def loss_factor_map(cases: pd.DataFrame) -> Figure:
-    """Draw η over frequency and Γ, a map for each fill fraction.
-
-    Several cases of a cell are averaged.
-    """
-    frequencies = np.unique(cases[FREQUENCY.column])
-    amplitudes = np.unique(cases[ACCELERATION.column])
-    fills = sorted(cases["fill_fraction"].unique())
-    width = min(3, len(fills)) * min(3.0, 1.2 + 0.4 * len(frequencies)) + 1.0
-    figure, grid = layout.figure_of_axes(
-        len(fills), 3, 0.5 + 0.25 * len(amplitudes), 0.9, width, sharex=True, sharey=True
-    )
-    top = float(cases[LOSS_FACTOR.column].max())
-    norm = Normalize(0.0, top)
-    has_text = len(frequencies) <= CELLS_WITH_TEXT
-    for axes, fill in zip(grid, fills, strict=True):
-        table = cases[cases["fill_fraction"] == fill].pivot_table(
-            index=ACCELERATION.column, columns=FREQUENCY.column, values=LOSS_FACTOR.column
-        )
-        values = table.reindex(index=amplitudes, columns=frequencies).to_numpy(float)
-        look: dict[str, Any] = {"aspect": "auto", "origin": "lower", "interpolation": "nearest"}
-        axes.imshow(values, cmap="viridis", norm=norm, **look)
-        for row, column in np.argwhere(np.isfinite(values) & has_text):
-            value = values[row, column]
-            look = {"ha": "center", "va": "center", "fontsize": 5.5}
-            look["color"] = "white" if value < 0.6 * top else "black"
-            axes.text(column, row, text.number(value, 2), **look)
-        axes.grid(False)
-        axes.tick_params(length=2)
-        axes.set_title(f"r = {fill:g}", loc="left")
-        for axis, ticks in ((axes.xaxis, frequencies), (axes.yaxis, amplitudes)):
-            places = layout.pick(np.arange(float(len(ticks))), CELLS_WITH_TEXT).astype(int)
-            axis.set_ticks(places, [f"{value:g}" for value in ticks[places]])
-        axes.tick_params(axis="x", rotation=90)
-    figure.supxlabel(FREQUENCY.label, fontsize=8)
-    figure.supylabel("acceleration amplitude Γ, –", fontsize=8)
-    scale = ScalarMappable(norm, mpl.colormaps["viridis"])
-    figure.colorbar(scale, ax=grid, label="η, –", pad=0.02, aspect=30)
-    return figure
+def loss_factor_tables(cases: pd.DataFrame) -> list[ColourTable]:
+    """Return η over frequency and Γ, a table for each fill fraction; the mean of several cases."""
+    colours = ScalarMappable(Normalize(0.0, float(cases[LOSS_FACTOR.column].max())), "viridis")
+    tables = []
+    for fill, rows in cases.groupby("fill_fraction"):
+        table = rows.pivot_table(LOSS_FACTOR.column, ACCELERATION.column, FREQUENCY.column)
+        heads, names = ([f"{value:g}" for value in axis] for axis in (table.columns, table.index))
+        columns = ["Γ / Hz", *heads]
+        values = table.to_numpy(float)
+        tables.append(colour_table(f"r = {fill:g}", columns, names, values, colours, number))
+    return tables
 
 
 def design_figure(cases: pd.DataFrame, varied: Sequence[str]) -> Figure:
@@ -166,35 +169,6 @@ def _constant(quantity: AxisQuantity, value: float) -> str:
     return f"{quantity.symbol} = {value:g}" + (f" {unit}" if unit != "–" else "")
 
 
-def losses_figure(cases: pd.DataFrame) -> Figure:
-    """Draw where the energy goes and how well its balance closes, one marker per frequency."""
-    balanced = cases[cases["closure"].notna()]
-    figure, (left, right) = layout.figure_of_axes(2, 2, 3.1, 0.0)
-    for number, (frequency, group) in enumerate(balanced.groupby(FREQUENCY.column)):
-        look: dict[str, Any] = {
-            "ls": "none",
-            "marker": style.MARKERS[number % len(style.MARKERS)],
-            "mfc": "none",
-            "color": style.PLACES[number % len(style.PLACES)],
-            "label": f"{frequency:g} Hz",
-        }
-        left.plot(group[ACCELERATION.column], 100 * group["normal_share"], **look)
-        right.plot(group[ACCELERATION.column], 100 * group["closure"], **look)
-    left.set(ylim=(0, 100), ylabel="normal loss, % of all losses")
-    right.set_ylabel("error of the energy balance,\n% of the work done")
-    right.axhspan(-100 * CLOSURE_LIMIT, 100 * CLOSURE_LIMIT, color="#dddddd", zorder=0, lw=0)
-    right.axhline(0, color="#888888", lw=0.6)
-    reach = max(2.5, 1.15 * 100 * float(balanced["closure"].abs().max() if len(balanced) else 0))
-    right.set_ylim(-reach, reach)
-    for axes in (left, right):
-        layout.log_scale(axes, "x")
-        _name_values(axes, np.unique(balanced[ACCELERATION.column]))
-        axes.margins(x=0.1)
-        axes.set_xlabel(ACCELERATION.label)
-    layout.add_legend(figure, 6)
-    return figure
-
-
 def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
     """Draw C_e over a varied key, one pair of axes per frequency, one line per fill and Γ."""
     frequencies = sorted(cases[FREQUENCY.column].unique())
@@ -203,14 +177,14 @@ def varied_figure(cases: pd.DataFrame, key: str, label: str) -> Figure:
     numeric = pd.api.types.is_numeric_dtype(cases[key])
     place = {value: value if numeric else float(i) for i, value in enumerate(values)}
     lines = cases.groupby(["fill_fraction", ACCELERATION.column])
-    for number, ((fill, acceleration), line) in enumerate(lines):
+    for rank, ((fill, acceleration), line) in enumerate(lines):
         for axes, frequency in zip(grid, frequencies, strict=True):
             curve = line[line[FREQUENCY.column] == frequency]
             axes.errorbar(
                 [place[value] for value in curve[key]], curve[EQUIVALENT_DAMPING.column],
                 yerr=curve[EQUIVALENT_DAMPING.error],
-                color=style.PLACES[number % len(style.PLACES)],
-                marker=style.MARKERS[number % len(style.MARKERS)],
+                color=style.PLACES[rank % len(style.PLACES)],
+                marker=style.MARKERS[rank % len(style.MARKERS)],
                 ls="-" if numeric else "none", capsize=2,
                 label=f"r = {fill:g}, Γ = {acceleration:g}",
             )  # fmt: skip

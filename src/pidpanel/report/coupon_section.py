@@ -1,13 +1,13 @@
 """The coupon on the page: a film, and what came out of its runs."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import pandas as pd
 
-from pidpanel.arrays import Array
 from pidpanel.coupon.window import CLOSURE_LIMIT
+from pidpanel.damping.surface import DampingSurface
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.report import coupon_figures as figures
 from pidpanel.report.facts import cases_text
@@ -16,28 +16,33 @@ from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.inputs import CouponResults
 from pidpanel.report.text import counted, number, percent, records
 
-# C_e [N s/m³] of frequency [Hz], shape ``(n,)``, and fill fraction.
-Law = Callable[[Array, float], Array]
-
 
 def coupon_section(
-    coupon: CouponResults, *, text: str = "", law: Law | None = None, varied: Sequence[str] = ()
+    coupon: CouponResults,
+    *,
+    text: str = "",
+    law: figures.Law | None = None,
+    surface: DampingSurface | None = None,
+    varied: Sequence[str] = (),
 ) -> PageSection:
     """Return the coupon in words, the film, the sweep and all cases."""
     cases = coupon.cases
     good = cases[cases["status"].isin(COUNTED)]
+    closure = good["closure"].dropna().abs()
     values = {
         "text": text,
         "several": int((cases["states"] > 1).sum()),
         "film": None if coupon.shot is None else film_picture(coupon.shot),
         "sweeps": [],
-        "has_law": law is not None,
+        "law": law and law.name,
+        "has_surface": surface is not None,
+        "closure": None if closure.empty else (closure.median(), closure.max(), CLOSURE_LIMIT),
         "count": cases_text(cases),
         "varied": varied,
         "cases": [{**row, "states_text": _states(row)} for row in records(cases)],
     }
     if not (varied or coupon.is_design):
-        values |= _sweeps(good, law)
+        values |= _sweeps(good, law, surface)
     return template_section("coupon.html", "Coupon", values)
 
 
@@ -53,7 +58,9 @@ def _states(row: Mapping[str, Any]) -> str:
     )
 
 
-def _sweeps(cases: pd.DataFrame, law: Law | None) -> dict[str, Any]:
+def _sweeps(
+    cases: pd.DataFrame, law: figures.Law | None, surface: DampingSurface | None
+) -> dict[str, Any]:
     """Return C_e over frequency and over acceleration, and the apparent mass over one of them."""
     mass = cases["particle_mass_per_area_kg_m2"]
     cases = cases.assign(
@@ -69,23 +76,11 @@ def _sweeps(cases: pd.DataFrame, law: Law | None) -> dict[str, Any]:
     for name, x, panel in sides:
         damping = draw(
             f"damping_over_{name}", x=x, y=figures.EQUIVALENT_DAMPING, panel=panel,
-            law=law, bound="bound_n_s_m3",
+            law=law, bound="bound_n_s_m3", surface=surface,
         )  # fmt: skip
         sweeps.append({"damping": damping, "x": x.symbol, "panel": panel.symbol})
     mass_picture = draw("apparent_mass", x=x, y=figures.MASS_SHARE, panel=panel)
     return {"sweeps": sweeps, "mass": mass_picture}
-
-
-def losses_section(cases: pd.DataFrame) -> PageSection:
-    """Return shares of the losses and errors of the energy balance."""
-    closure = cases["closure"].dropna().abs()
-    values = {
-        "losses": None if closure.empty else figure_picture("losses", figures.losses_figure, cases),
-        "median": closure.median(),
-        "largest": closure.max(),
-        "limit": CLOSURE_LIMIT,
-    }
-    return template_section("losses.html", "Energy balance of the coupon", values)
 
 
 def coupon_text(results: CouponResults) -> str:

@@ -173,15 +173,15 @@ class CellRow:
     @property
     def walls(self) -> tuple[list[Array], list[Array]]:
         """Outlines (n_corners, 3) of the walls behind and before the spheres [m]."""
-        behind, before = [], []
+        back, front = [], []
         for centre in self.centres:
             low = np.pad(self.outline, ((0, 0), (0, 1))) + centre
             high = low + np.array([0.0, 0.0, self.depth])
             sides = [np.stack([low[k - 1], low[k], high[k], high[k - 1]]) for k in range(len(low))]
             sides.sort(key=lambda side: -side[:, 1].mean())
-            behind += [low, *sides[: len(sides) // 2]]
-            before += [*sides[len(sides) // 2 :], high]
-        return behind, before
+            back += [low, *sides[: len(sides) // 2]]
+            front += [*sides[len(sides) // 2 :], high]
+        return back, front
 
     def take(self, positions: Array, packed: int) -> tuple[Flags, Array]:
         """Return which spheres of a packing of ``count`` cells are drawn, and their displacement.
@@ -223,20 +223,20 @@ def spheres_film(
     size = FINER * np.array([pixels, round(pixels * height / width)])
     colours = mpl.colormaps["plasma"](Normalize(*limits)(values))[..., :3]
 
-    def seen(places: Array, up: float) -> Array:
+    def project(places: Array, up: float) -> Array:
         offset = places - middle + np.array([0.0, 0.0, up])
         across, high = offset[:, 0], offset @ UP
         return np.column_stack([size[0] / 2 + scale * across, size[1] / 2 - scale * high])
 
     shades = {diameter: _shade(scale * diameter / 2) for diameter in np.unique(diameters)}
-    behind, before = cells.walls
+    back, front = cells.walls
     images = []
     for places, frame_colours, up in zip(positions, colours, lift, strict=True):
         image = Image.new("RGB", (int(size[0]), int(size[1])), "white")
         draw = ImageDraw.Draw(image)
-        for ring in behind:
-            draw.polygon(seen(ring, up).ravel().tolist(), "#f0f3f5", "#8f9aa3", FINER)
-        pasted, centres = np.asarray(image).copy(), seen(places, up).round().astype(int)
+        for ring in back:
+            draw.polygon(project(ring, up).ravel().tolist(), "#f0f3f5", "#8f9aa3", FINER)
+        pasted, centres = np.asarray(image).copy(), project(places, up).round().astype(int)
         for k in np.argsort(places @ TO_EYE):
             disc, light, gleam = shades[diameters[k]]
             left, top = centres[k] - len(disc) // 2
@@ -245,8 +245,8 @@ def spheres_film(
                 area[disc] = 255 * np.clip(light * frame_colours[k] + gleam, 0, 1)
         image = Image.fromarray(pasted)
         draw = ImageDraw.Draw(image)
-        for ring in before:
-            corners = seen(np.vstack([ring, ring[:1]]), up)
+        for ring in front:
+            corners = project(np.vstack([ring, ring[:1]]), up)
             draw.line(corners.ravel().tolist(), "#44525f", FINER)
         images.append(np.asarray(image.reduce(FINER)))
     return images

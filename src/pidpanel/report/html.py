@@ -60,6 +60,17 @@ class PageCurve:
     width: float | None = None  # [pt]; None for the usual one
     log_error: Array | None = None  # (n_lines,) standard error of ln of the values, drawn as a band
     inside: Flags | None = None  # (n_lines,) range of the damping's data; dashed outside
+    error: Array | None = None  # (n_lines,) standard error in place of that of ln
+
+    @property
+    def band(self) -> tuple[Array, Array] | None:
+        """Values plus and minus their standard error."""
+        if self.error is not None:
+            return self.values + self.error, self.values - self.error
+        if self.log_error is None:
+            return None
+        factor = np.exp(self.log_error)
+        return self.values * factor, self.values / factor
 
     @property
     def pixels(self) -> float:
@@ -82,41 +93,44 @@ class Chart:
 
     @property
     def json(self) -> str:
-        """The chart for the script in the page, at the lines that its curves need."""
-        lines = self._needed_lines()
-        drawn = []
-        for curve in self.curves:
-            values, inside, band = curve.values[lines], None, None
-            if curve.inside is not None:
-                inside = curve.inside[lines]
-            if curve.log_error is not None:
-                factor = np.exp(curve.log_error[lines])
-                band = [self._rounded(values * factor), self._rounded(values / factor)]
-            ends = [] if inside is None else np.diff(~inside, prepend=False, append=False).nonzero()
+        """The chart for the script in the page."""
+        chart, drawn = self.thinned(), []
+        for curve in chart.curves:
+            inside = np.ones(len(curve.values), bool) if curve.inside is None else curve.inside
+            ends = np.flatnonzero(np.diff(~inside, prepend=False, append=False))
             drawn.append(
                 {
                     "label": curve.label,
                     "colour": curve.colour,
-                    "line": curve.line if inside is None or inside.any() else "dashed",
+                    "line": curve.line if inside.any() else "dashed",
                     "width": curve.pixels,
-                    "values": self._rounded(values),
-                    "outside": np.ravel(ends).tolist(),
-                    "band": band,
+                    "values": self._rounded(curve.values),
+                    "outside": ends.tolist(),
+                    "band": [self._rounded(end) for end in curve.band or ()] or None,
                 }
             )
-        frequency = self._rounded(self.frequency[lines], 6)
-        values = {"unit": self.unit, "log": self.is_log, "x": frequency, "curves": drawn}
-        return json_in_page(values)
+        x = self._rounded(chart.frequency, 6)
+        return json_in_page({"unit": self.unit, "log": self.is_log, "x": x, "curves": drawn})
+
+    def thinned(self) -> Chart:
+        """Return the chart at the lines without which a curve would be off by `SAME` or more."""
+        lines = self._needed_lines()
+        arrays = ("values", "log_error", "inside", "error")
+        curves = []
+        for curve in self.curves:
+            fields = {name: getattr(curve, name) for name in arrays}
+            cut = {name: v[lines] for name, v in fields.items() if v is not None}
+            curves.append(replace(curve, **cut))
+        return replace(self, frequency=self.frequency[lines], curves=curves)
 
     def _needed_lines(self) -> Index:
-        """Return the lines without which a curve would be off by `SAME` or more."""
-        rows = [c.inside for c in self.curves if c.inside is not None]
+        """Return the lines that the curves need."""
+        rows: list[Array] = [c.inside.astype(float) for c in self.curves if c.inside is not None]
         x, lines = np.log(self.frequency), np.arange(len(self.frequency))
         with np.errstate(all="ignore"):
-            for curve in self.curves:
-                is_log = self.is_log
-                rows.append(np.log(curve.values) if is_log else curve.values / np.ptp(curve.values))
-            y = np.reshape(rows, (-1, len(lines))).astype(float)
+            rows += [np.log(c.values) if self.is_log else c.values / np.ptp(c.values)
+                     for c in self.curves]  # fmt: skip
+            y = np.reshape(rows, (-1, len(lines)))
             for _ in range(PASSES):
                 left, middle, right = lines[:-2:2], lines[1:-1:2], lines[2::2]
                 share = (x[middle] - x[left]) / (x[right] - x[left])
@@ -157,12 +171,7 @@ class Picture:
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     format: Literal["png", "webp"] = "png"
-    has_svg: bool = False  # whether readers without scripts see the figure in place of the charts
-
-    @property
-    def svg(self) -> str:
-        """The figure as SVG, or "" if the page has none of it."""
-        return self.drawn.svg if self.has_svg and isinstance(self.drawn, Drawing) else ""
+    vector: Drawing | None = None  # what readers without scripts see in place of the charts
 
     @property
     def is_image(self) -> bool:

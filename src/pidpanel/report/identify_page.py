@@ -112,14 +112,7 @@ def posterior_figure(posterior: Posterior) -> Figure:
     axes.plot(posterior.best[0], math.exp(posterior.best[1]), "o", color="black", ms=5)
     log_scale(axes)
     axes.set(xlabel="restitution e", ylabel="friction μ")
-    axes.set_yticks(_ticks(friction), [f"{value:g}" for value in _ticks(friction)], minor=False)
-    axes.minorticks_off()
     return figure
-
-
-def _ticks(values: Array) -> list[float]:
-    ticks = (0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8)
-    return [tick for tick in ticks if values[0] * 0.999 <= tick <= values[-1] * 1.001]
 
 
 def _level(share: Array, region: float) -> float:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
-from matplotlib.tri import TriContourSet
+from matplotlib.tri import Triangulation, TriContourSet
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
@@ -33,6 +33,7 @@ SHADES = 64  # of the colour scale of a map
 
 # Ticks of a decade of frequency, by the least distance of two of them [decades].
 STEPS = {0.095: (1, 1.5, 2, 3, 4, 5, 7), 0.3: (1, 2, 5), 0.47: (1, 3), 1.0: (1,)}
+MOST_WIDE = 1e4  # ratio of the ends of an axis that has numbers between powers of ten
 TICK_WIDTH = 0.38  # of a number of four digits with its gap [inch]
 
 GREY = "#555555"  # colour of a legend's line that represents all colours
@@ -42,7 +43,10 @@ class PowerFormatter(ticker.LogFormatterSciNotation):
     """Numbers of a logarithmic axis as text: 20, 10⁻⁵."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """Return the text of a tick."""
+        """Return the text of a tick, of powers of ten alone where there are many of them."""
+        low, high = self.axis.get_view_interval() if self.axis else (x, x)
+        if high > MOST_WIDE * low and not np.isclose(np.log10(x) % 1, [0, 1]).any():
+            return ""
         marked = super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
         plain = marked.replace(r"\times", "·").replace("-", "−")
         return re.sub(r"\^\{(.*)\}", lambda power: power[1].translate(SUPERSCRIPT), plain)
@@ -53,14 +57,15 @@ def log_scale(axes: Axes, names: str = "y") -> None:
     for name in names:
         axes.set(**{f"{name}scale": "log"})
         axis = axes.xaxis if name == "x" else axes.yaxis
-        axis.set_major_formatter(PowerFormatter())
-        axis.set_minor_formatter(PowerFormatter())
+        axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5), numticks=99))
+        axis.set_major_formatter(PowerFormatter(minor_thresholds=(np.inf, np.inf)))
+        axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def frequency_axis(axes: Axes, low: float, high: float) -> None:
     """Make x a logarithmic axis of frequency from ``low`` to ``high`` [Hz] with plain numbers."""
     axes.set(xscale="log", xlim=(low, high))
-    figure = axes.get_figure()
+    figure = axes.get_figure(root=True)
     width = axes.get_position().width * (WIDTH if figure is None else figure.get_figwidth())
     steps = [s for gap, s in STEPS.items() if gap * width > TICK_WIDTH * np.log10(high / low)]
     ticks = np.outer(10.0 ** np.arange(5), steps[0] if steps else [1]).ravel()
@@ -82,10 +87,8 @@ def draw_curve(axes: Axes, x: Array, curve: PageCurve) -> None:
         "zorder": 3.0 if curve.colour == style.BARE else 2.0,
         "label": curve.label,
     }
-    if curve.log_error is not None:
-        factor = np.exp(curve.log_error)
-        low, high = curve.values / factor, curve.values * factor
-        axes.fill_between(x, low, high, color=curve.colour, alpha=0.22, lw=0)
+    if curve.band is not None:
+        axes.fill_between(x, *curve.band, color=curve.colour, alpha=0.22, lw=0)
     if curve.inside is None or curve.inside.all():
         axes.plot(x, curve.values, ls=LINES[curve.line], **look)
         return
@@ -125,13 +128,25 @@ def draw_field(
     """
     low, high = ends
     levels = np.linspace(low, high if high > low else low + 1.0, SHADES + 1)
+    levels[-1] += 1e-9 * (levels[-1] - low)  # an element of the highest value is drawn
+    mesh = Triangulation(vertices[:, 0], vertices[:, 1], triangles_of(cells))
     drawn = axes.tricontourf(
-        *vertices.T, triangles_of(cells), values, levels=levels, antialiased=False,
+        mesh, values, levels=levels, antialiased=False,
         cmap=mpl.colormaps[colours].resampled(SHADES),
         extend="max" if values.max() > high else "neither",
     )  # fmt: skip
     drawn.set_rasterized(True)
     return drawn
+
+
+def add_colour_bar(
+    figure: Figure, drawn: TriContourSet, axes: Sequence[Axes], label: str, **look: Any
+) -> None:
+    """Add the scale of fields that `draw_field` drew, with ticks within it."""
+    low, *_, high = drawn.levels
+    ticks = np.array(ticker.MaxNLocator(6).tick_values(low, high))
+    within = ticks[(ticks >= low) & (ticks <= high)]
+    figure.colorbar(drawn, ax=list(axes), label=label, ticks=within.tolist(), **look)
 
 
 def panel_axes(axes: Axes, vertices: Array, margin: float) -> None:

@@ -6,13 +6,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import draw_field, panel_axes
+from pidpanel.report.layout import add_colour_bar, draw_field, panel_axes
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
 FIELD_STYLES = {
@@ -77,15 +76,15 @@ def map_figure(
         grid.reshape(len(styles), -1), styles.items(), strict=True
     ):
         fields = maps[name].max("layer") if "layer" in maps[name].dims else maps[name]
+        drawn = []
         for axes, title, field in zip(axes_row, titles, fields.to_numpy(), strict=False):
-            drawn = draw_field(axes, position, cells, field * factor, colours, (0.0, tops[name]))
+            drawn.append(
+                draw_field(axes, position, cells, field * factor, colours, (0.0, tops[name]))
+            )
             axes.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
             panel_axes(axes, position, 0.0)
             axes.set_title(title)
-        figure.colorbar(
-            drawn, ax=axes_row[: len(titles)].tolist(), label=label, shrink=0.8,
-            ticks=MaxNLocator(6),
-        )  # fmt: skip
+        add_colour_bar(figure, drawn[0], axes_row[: len(titles)].tolist(), label, shrink=0.8)
     return figure
 
 

@@ -6,16 +6,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
-from pidpanel.geometry.plane_mesh import boundary_edges
-from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import html, style
-from pidpanel.report.inputs import ProposalResults
-from pidpanel.report.layout import figure_of_axes, panel_axes
+from pidpanel.report.answer_figures import panel_figure
+from pidpanel.report.inputs import PanelInputs, ProposalResults
 from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.templates import fill, sentence
 from pidpanel.report.text import NAMES, common_decimals, number, records, value_text
@@ -63,19 +59,20 @@ def _values(proposal: ProposalResults) -> dict[str, Any]:
     }
 
 
-def proposal_choice(proposal: ProposalResults, basis: PanelBasis) -> html.Fragment:
+def proposal_choice(proposal: ProposalResults, inputs: PanelInputs) -> html.Fragment:
     """Return the front of mass and reduction, with drawing and PSD of each layout."""
-    layouts = []
+    layouts, drawn = [], (inputs.basis, StudiedPanel(inputs.study.panel))
     for row in records(proposal.front):
         layout = row["layout"]
         reduction = value_text(row["reduction_db"], row["reduction_error_db"])
         name = f"layout_drawing_{layout}"
+        patches = proposal.layouts[proposal.layouts["layout"] == layout]
         layouts.append(
             {
                 "layout": layout,
                 "label": f"Layout {layout}: {number(row['mass_kg'])} kg, {reduction} dB",
                 "patches": patches_text(proposal.layouts, layout),
-                "picture": html.figure_picture(name, layout_figure, proposal, basis, layout),
+                "picture": html.figure_picture(name, panel_figure, *drawn, None, patches),
                 "psds": [_psd(proposal, layout, name) for name in proposal.excitations],
             }
         )
@@ -157,32 +154,6 @@ def patches_text(layouts: pd.DataFrame, layout: int) -> str:
         place = f"({row['centre_x_m']:.3g}, {row['centre_y_m']:.3g})"
         fillings.setdefault(name, []).append(place)
     return "; ".join(f"{name} at {', '.join(places)} m" for name, places in fillings.items())
-
-
-def layout_figure(proposal: ProposalResults, basis: PanelBasis, layout: int) -> Figure:
-    """Draw the panel with the patches of a layout."""
-    vertices = basis.vertex_position
-    length, width = np.ptp(vertices, axis=0)
-    figure, (axes,) = figure_of_axes(1, 1, 0.9 * NARROW * width / length, 0.5, NARROW)
-    edges = vertices[boundary_edges(basis.cells)]
-    axes.add_collection(LineCollection(list(edges), colors="black", linewidths=0.9))
-    layouts = proposal.layouts
-    dampers = sorted(set(layouts["damper"]))
-    for row in records(layouts[layouts["layout"] == layout]):
-        colour = style.place_colour(row["damper"], dampers)
-        size = row["size_x_m"], row["size_y_m"]
-        corner = (row["centre_x_m"] - size[0] / 2, row["centre_y_m"] - size[1] / 2)
-        axes.add_patch(Rectangle(corner, *size, facecolor=colour, edgecolor=colour, alpha=0.35))
-        fill = f"\n{100 * row['fill_fraction']:g} %" if np.isfinite(row["fill_fraction"]) else ""
-        axes.annotate(
-            f"{row['damper']}{fill}\n{number(row['mass_kg'])} kg",
-            (row["centre_x_m"], row["centre_y_m"]), ha="center", va="center", fontsize=6,
-        )  # fmt: skip
-    for name, (x, y) in zip(basis.point_names, basis.point_position, strict=True):
-        axes.plot(x, y, "o", color="black", ms=4)
-        axes.annotate(name, (x, y), xytext=(5, 12), textcoords="offset points", fontweight="bold")
-    panel_axes(axes, vertices, 0.03)
-    return figure
 
 
 WIDTH, HEIGHT = 640, 340

@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import WIDTH, draw_field
+from pidpanel.report.layout import WIDTH, add_colour_bar, draw_field
 from pidpanel.report.text import records
 
 MODES_SHOWN = 9  # modes whose shapes are drawn
@@ -102,6 +101,5 @@ def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:
         axes.set_xlim(-1.65 * half, 1.65 * half)
         axes.set_ylim(-half, half)
     look: dict[str, Any] = {"shrink": 0.75, "pad": 0.02, "aspect": 30}
-    look |= {"label": "deflection over its\nlargest value, –", "ticks": MultipleLocator(0.5)}
-    figure.colorbar(drawn, ax=figure.axes, **look)
+    add_colour_bar(figure, drawn, figure.axes, "deflection over its\nlargest value, –", **look)
     return figure

@@ -4,13 +4,13 @@ Functions return a `matplotlib.figure.Figure` that belongs to no window; call th
 `style.context`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib import ticker
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -74,7 +74,7 @@ def charts_figure(
 ) -> Figure:
     """Draw charts in rows, those of one unit on one scale, with one legend below."""
     figure, grid = figure_of_axes(len(charts), across, height, 0.0, width)
-    for number, (axes, chart) in enumerate(zip(grid, charts, strict=True)):
+    for axes, chart in zip(grid, charts, strict=True):
         for curve in chart.curves:
             draw_curve(axes, chart.frequency, curve)
         frequency_axis(axes, chart.frequency[0], chart.frequency[-1])
@@ -85,8 +85,7 @@ def charts_figure(
             axes.set_title(f"{chart.title}\n", loc="left", fontweight="bold")
             note = axes.text(0.0, 1.012, chart.note, va="bottom", transform=axes.transAxes)
             note.set(fontsize=7, color="#444444")
-        if axes.get_subplotspec().is_first_col() or chart.unit != charts[number - 1].unit:
-            axes.set_ylabel(chart.unit)
+        axes.set_ylabel(chart.unit)
     _legend(figure, charts)
     return figure
 
@@ -104,7 +103,7 @@ def _decades(axes: Axes, curves: Sequence[Array]) -> None:
 
 def psd_unit(point: str) -> str:
     """Return quantity and unit of the PSD of a point."""
-    return f"acceleration PSD at point {point}, g²/Hz"
+    return f"PSD at point {point}, g²/Hz"
 
 
 def chart_picture(
@@ -112,7 +111,31 @@ def chart_picture(
 ) -> Picture:
     """Return charts with their figure, whose sizes [inch] are those of `charts_figure`."""
     drawing = style.Drawing(charts_figure, charts, **size)
-    return Picture(name, drawing, caption, charts, has_svg=has_svg)
+    vector = (
+        style.Drawing(charts_figure, [c.thinned() for c in charts], **size) if has_svg else None
+    )
+    return Picture(name, drawing, caption, charts, vector=vector)
+
+
+def colour_table(
+    title: str,
+    columns: Sequence[str],
+    rows: Sequence[str],
+    values: Array,
+    colours: ScalarMappable,
+    text: Callable[[float], str],
+) -> ColourTable:
+    """Return values (n_rows, n_columns) as texts on colours, white for NaN."""
+    shades = colours.to_rgba(np.nan_to_num(values))[..., :3]
+    shades[np.isnan(values)] = 1.0
+    # white has a contrast above 4.5 on what is darker (WCAG 2)
+    dark = np.where(shades > 0.04, ((shades + 0.055) / 1.055) ** 2.4, shades / 12.92)
+    is_dark = dark @ [0.2126, 0.7152, 0.0722] < 0.179
+    cells = [
+        [(text(v), to_hex(s), bool(d)) for v, s, d in zip(*row, strict=True)]
+        for row in zip(values.tolist(), shades, is_dark, strict=True)
+    ]
+    return ColourTable(title, columns, rows, cells)
 
 
 def reduction_tables(
@@ -120,23 +143,17 @@ def reduction_tables(
 ) -> list[ColourTable]:
     """Return third-octave reductions (n_rows, n_bands) [dB] as tables by point and model."""
     limit = max(1.0, max(float(np.abs(values).max()) for values in gained.values()))
-    colours, norm = mpl.colormaps["RdBu"], Normalize(-limit, limit)
+    colours = ScalarMappable(Normalize(-limit, limit), "RdBu")
     bands = [f"{row_name} / Hz", *map(nominal, centre)]
     return [
-        ColourTable(
-            f"point {point} · {model}" if model else f"point {point}",
-            bands,
-            rows,
-            [
-                [(_short(v), to_hex(colours(norm(v))), abs(v) > 0.6 * limit) for v in row]
-                for row in values.tolist()
-            ],
+        colour_table(
+            " · ".join(filter(None, (f"point {point}", model))), bands, rows, dB, colours, _short
         )
-        for (point, model), values in gained.items()
+        for (point, model), dB in gained.items()
     ]
 
 
 def _short(value: float) -> str:
-    """Return a number of two digits for a cell of a map, zero without a sign."""
+    """Return a number of two digits, zero without a sign."""
     text = plain(value, 1 if abs(value) < 9.95 else 0)
     return "0" if text == "0.0" else text

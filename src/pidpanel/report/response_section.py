@@ -29,7 +29,7 @@ QUANTITIES = (
 # Quantity in which the rows of reductions differ.
 ROW_NAMES = {
     "fill_fraction": "fill fraction r", "patch": "patch", "damper": "damper",
-    "oaspl_db": "sound level, dB",
+    "oaspl_db": "sound level, dB", "layout": "layout",
 }  # fmt: skip
 
 
@@ -67,7 +67,10 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
         "reductions": reductions_of(inputs, family, groups) if points else [],
         "key": family.key,
         "psds": psds,
-        "damping": damping_block(inputs, family, groups, notes),
+        "damping": None
+        if family.varied == "layout"
+        else damping_block(inputs, family, groups, notes),
+        "has_layouts": family.varied == "layout",
     }
     return html.PageSection(name, heading, [html.Fragment("response.html", values)])
 
@@ -75,6 +78,9 @@ def response_section(inputs: Inputs, family: ComparedScenarios) -> html.PageSect
 def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> tuple[str, str]:
     """Return the name of a scenario within its family, and its colour."""
     varied = family.varied
+    if varied == "layout":
+        rank = family.scenarios.index(scenario)
+        return inputs.names[scenario.label], style.PLACES[rank % len(style.PLACES)]
     if varied == "damper":
         names = list(dict.fromkeys(s.dampers for s in family.scenarios))
         return scenario.dampers, style.place_colour(scenario.dampers, names)
@@ -93,18 +99,25 @@ def psd_curves(
 ) -> list[html.PageCurve]:
     """Return PSDs [g²/Hz] of the bare panel at each sound level, then of the scenarios."""
     place = {"point": point}
+    is_layout = family.varied == "layout"
     levels = {s.bare.label: _known_as(inputs, family, s) for s in scenarios}
-    curves = []
+    curves, treated = [], []
     for label, (level, colour) in levels.items():
         curve = psd_curve(inputs.psd, {**place, "scenario": label}, "bare panel", style.BARE, 0.8)
         if len(levels) > 1:
-            curve = replace(curve, label=f"bare panel, {level}", colour=colour, line="dotted")
+            name = label if is_layout else f"bare panel, {level}"
+            colour = style.BARE if is_layout else colour
+            curve = replace(curve, label=name, colour=colour, line="dotted")
         curves.append(curve)
     for index, scenario in enumerate(scenarios):
         look = *_known_as(inputs, family, scenario), nested_width(index, len(scenarios))
+        if is_layout:
+            dead = _dead_weight(inputs, scenario, point, look[1])
+            curves += [dead] if np.isfinite(dead.values).all() else []
         # no bands: those of several curves would hide them
-        curves.append(psd_curve(inputs.psd, {**place, "scenario": scenario.label}, *look))
-    return curves
+        at_point = {**place, "scenario": scenario.label}
+        treated.append(psd_curve(inputs.psd, at_point, *look, has_band=len(scenarios) == 1))
+    return curves + treated
 
 
 def refuted(inputs: Inputs, scenarios: Sequence[Scenario]) -> str:
@@ -175,54 +188,21 @@ DRAWN_TOGETHER = 6  # layouts in one figure at most: as many as there are colour
 
 
 def layouts_section(inputs: Inputs) -> html.PageSection:
-    """Return the PSDs of the explicit layouts and of their dead weights at every point."""
-    study = inputs.study
-    points = []
-    drawn = [s for s in layouts_of(study) if is_steady(inputs.psd, s.label)]
-    for point in inputs.moving_points:
-        psds = []
-        for first in range(0, len(drawn), DRAWN_TOGETHER):
-            part = drawn[first : first + DRAWN_TOGETHER]
-            name = f"psd_layouts_{first // DRAWN_TOGETHER + 1}_{point}"
-            inside = [inside_of(inputs.psd, scenario.label) for scenario in part]
-            psds.append(
-                {
-                    "picture": _psd_picture(inputs, part, point, name),
-                    "has_band": len(part) == 1,
-                    "is_dashed": not np.all(inside),
-                }
-            )
-        if psds:
-            points.append([point, psds])
-    return html.template_section("layouts.html", "Layouts", {"points": points})
+    """Return the explicit layouts with their dead weights, `DRAWN_TOGETHER` in a chart."""
+    layouts = tuple(layouts_of(inputs.study))
+    steady = [scenario for scenario in layouts if is_steady(inputs.psd, scenario.label)]
+    count = -(-len(steady) // DRAWN_TOGETHER)
+    groups = {
+        f"part {part + 1} of {count}" if count > 1 else "": tuple(steady[part::count])
+        for part in range(count)
+    }
+    family = ComparedScenarios("layouts", "Layouts", "layout", layouts, groups)
+    return replace(response_section(inputs, family), name="layouts")
 
 
-def _psd_picture(
-    inputs: Inputs, scenarios: Sequence[Scenario], point: str, name: str
-) -> html.Picture:
-    """Return PSDs of the bare panel, of layouts and of their dead weights at a point."""
-    place = {"point": point}
-    bare = dict.fromkeys(s.bare.label for s in scenarios)
-    curves = []
-    for label in bare:
-        name_of = "bare panel" if len(bare) == 1 else label
-        curves.append(psd_curve(inputs.psd, {**place, "scenario": label}, name_of, style.BARE, 0.8))
-    labels = [layout.label for layout in layouts_of(inputs.study)]
-    colours = dict(zip(labels, itertools.cycle(style.PLACES), strict=False))
-    dead, treated = [], []
-    for index, scenario in enumerate(scenarios):
-        label, colour = inputs.names[scenario.label], colours[scenario.label]
-        case_place = {**place, "scenario": scenario.label}
-        dead_psd = inputs.psd["dead_weight_acceleration_psd"].sel(case_place)
-        weight = dead_psd.to_numpy() / STANDARD_GRAVITY**2
-        if np.isfinite(weight).all():
-            dead.append(
-                html.PageCurve(f"{label}: dead weight", weight, style.pale(colour), "dotted", 1.0)
-            )
-        width = nested_width(index, len(scenarios))
-        # a band of one curve hides nothing; those of several would
-        has_band = len(scenarios) == 1
-        treated.append(psd_curve(inputs.psd, case_place, label, colour, width, has_band=has_band))
-    frequency = inputs.psd["frequency"].to_numpy()
-    chart = html.Chart("", frequency, psd_unit(point), [*curves, *dead, *treated])
-    return chart_picture(name, [chart])
+def _dead_weight(inputs: Inputs, scenario: Scenario, point: str, colour: str) -> html.PageCurve:
+    """Return the PSD [g²/Hz] with the same masses as dead weight."""
+    dead = inputs.psd["dead_weight_acceleration_psd"].sel(scenario=scenario.label, point=point)
+    values = dead.to_numpy() / STANDARD_GRAVITY**2
+    name = f"{inputs.names[scenario.label]}: dead weight"
+    return html.PageCurve(name, values, style.pale(colour), "dotted", 1.0)

@@ -11,8 +11,6 @@ from pidpanel.report.response_figures import chart_picture
 from pidpanel.sound.from_study import spectrum_of, surroundings_text
 
 LEVEL = "band level, dB re 20 µPa"
-BLOCKED = "pressure PSD on two independent rigid faces, Pa²/Hz"
-DENSITY = {1: "pressure PSD on the surface, Pa²/Hz", 2: BLOCKED}
 
 
 def sound_setting(study: Study, basis: PanelBasis) -> str:
@@ -29,7 +27,7 @@ def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
     charts = [
         _steps(bands, "band_spl_db", LEVEL, is_log=False),
-        _steps(bands, "surface_pressure_psd_pa2_hz", DENSITY[study.acoustics.faces]),
+        _steps(bands, "surface_pressure_psd_pa2_hz", "pressure PSD, Pa²/Hz"),
     ]
     values = {
         "spectrum": chart_picture("spectrum", charts, height=3.1),

@@ -17,9 +17,9 @@ from pidpanel.report.answer_section import NOTHING_MOVES, answer_fragment, headl
 from pidpanel.report.base_section import base_section
 from pidpanel.report.claims import patch_distance, verdict_table, verdicts
 from pidpanel.report.coupled_section import atlas_section, coupled_section
-from pidpanel.report.coupon_figures import design_figure, loss_factor_map
-from pidpanel.report.coupon_section import Law, coupon_section, coupon_text, losses_section
-from pidpanel.report.damping_section import damping_section
+from pidpanel.report.coupon_figures import Law, design_figure, loss_factor_tables
+from pidpanel.report.coupon_section import coupon_section, coupon_text
+from pidpanel.report.damping_section import damping_section, fitted_law
 from pidpanel.report.facts import cases_text, software_text, study_facts
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, figure_picture
@@ -50,101 +50,107 @@ from pidpanel.report.warnings import (
 Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
 
+def _page(inputs: PanelInputs, warnings: Sequence[str], steps: Steps, **parts: Any) -> Page:
+    """Return a page with what all pages of studies with a panel have."""
+    return Page(
+        title=inputs.study.title or inputs.study.name,
+        caveats=warnings[:CAVEATS],
+        warnings=warnings[CAVEATS:],
+        facts=study_facts(inputs),
+        assumptions=inputs.study.assumptions,
+        steps=steps,
+        **parts,
+    )
+
+
 def study_page(inputs: Inputs, steps: Steps) -> Page:
     """Return the whole page."""
-    study = inputs.study
+    study, proposal = inputs.study, inputs.proposal
     answer = answer_of(study, inputs.summary)
-    proposal = inputs.proposal
     text = headline(answer) if answer else NOTHING_MOVES
-    warnings = study_warnings(inputs, answer)
     blocks = [answer_fragment(inputs, answer)] if answer else []
     proposed = []
     if proposal is not None:
         text, proposed = proposal_headline(proposal), [optimise_section(proposal)]
         # of the bare panel alone the drawing and the PSD are with each layout
         beside = blocks if answer is not None and answer.candidates else []
-        blocks = [proposal_choice(proposal, inputs.basis), *beside]
+        blocks = [proposal_choice(proposal, inputs), *beside]
     on_limits = [] if inputs.margins is None else margin_lines(study, inputs.margins)
     claims = None
     if study.claims:
         distance = patch_distance(inputs.basis)
         claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
-    return Page(
-        title=study.title or study.name,
-        answer=" ".join([text, *on_limits[:1]]),
-        setting=sound_setting(study, inputs.basis),
-        first=blocks,
-        caveats=warnings[:CAVEATS],
-        facts=study_facts(inputs),
-        assumptions=study.assumptions,
-        summary=on_limits[1:],
-        warnings=warnings[CAVEATS:],
-        claims=claims,
-        sections=[*proposed, *(replace(section, folded=True) for section in _sections(inputs))],
-        steps=steps,
-    )
+    return _page(
+        inputs, study_warnings(inputs, answer), steps,
+        answer=" ".join([text, *on_limits[:1]]), summary=on_limits[1:], first=blocks,
+        claims=claims, setting=sound_setting(study, inputs.basis),
+        sections=[*proposed, *(replace(s, folded=True) for s in _sections(inputs))],
+    )  # fmt: skip
 
 
-def coupon_sections(inputs: PanelInputs, law: Law | None = None) -> list[PageSection]:
-    """Return the parts of all coupons, with a law of the paper to draw with its cases."""
-    sections = []
+def coupon_sections(inputs: PanelInputs) -> list[PageSection]:
+    """Return the parts of all coupons, with a law of the paper if a damper has it."""
+    study, sections = inputs.study, []
+    used = [getattr(study.dampers[name], "law", None) for name in study.used_dampers]
+    paper = Law("the paper's law, corrected (|a₁|, f in Hz)", lambda f, r, _: paper_corrected(f, r))
     for name in with_progress(list(inputs.coupons), "coupons of the page"):
-        coupon = inputs.coupons[name]
-        good = coupon.cases[coupon.cases["status"].isin(COUNTED)]
-        runs = coupon_section(coupon, text=coupon_text(coupon), law=law)
-        parts = [runs, losses_section(good)]
-        if name in inputs.damping:
-            parts.append(damping_section(inputs.damping[name]))
+        coupon, results = inputs.coupons[name], inputs.damping.get(name)
+        law = paper if "paper_corrected" in used else results and fitted_law(results)
+        surface = results.surface if results else None
+        parts = [coupon_section(coupon, text=coupon_text(coupon), law=law, surface=surface)]
+        if results:
+            parts.append(damping_section(results))
         sections += parts if name == SECTION else [s.with_suffix(name) for s in parts]
     return sections
 
 
-def _sections(inputs: Inputs) -> list[PageSection]:
-    """Return the parts of the page in order, without empty ones."""
-    study, names = inputs.study, inputs.names
-    points, frequency = list(study.panel.points), study.response.frequency_hz
-    sections = [
-        panel_section(inputs.basis, inputs.modes, inputs.printed),
-        sound_section(study, inputs.bands),
-    ]
-    laws = [getattr(study.dampers[name], "law", None) for name in study.used_dampers]
-    law = paper_corrected if "paper_corrected" in laws else None
-    sections += coupon_sections(inputs, law)
-    if inputs.atlas is not None:
-        sections.append(
-            atlas_section(
-                inputs.atlas, inputs.layouts, names, frequency, is_coupled=study.is_coupled
-            )
-        )
+def _sections(inputs: PanelInputs) -> Iterator[PageSection]:
+    """Yield the parts of the page in order."""
+    study, names, points = inputs.study, inputs.names, list(inputs.study.panel.points)
+    sound = inputs if isinstance(inputs, Inputs) else None
+    layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
+    if inputs.measurements is not None:
+        curves = {"sound": sound.psd if sound else None, "base": curves_of(inputs.base)}
+        curves["hammer"] = inputs.measurements.hammer
+        yield measurement_section(inputs.measurements, curves, {**layouts, **names})
+    if inputs.margins is not None:
+        yield margins_section(study, inputs.margins)
+    yield panel_section(inputs.basis, inputs.modes, inputs.printed)
+    if sound:
+        yield sound_section(study, sound.bands)
+    yield from coupon_sections(inputs)
+    if inputs.atlas is not None and sound:
+        frequency, is_coupled = study.response.frequency_hz, study.is_coupled
+        yield atlas_section(inputs.atlas, sound.layouts, names, frequency, is_coupled=is_coupled)
     if inputs.coupled is not None:
-        in_air, points = study.radiation != "none", inputs.moving_points
-        sections.append(coupled_section(inputs.coupled, names, points, in_air=in_air))
+        in_air = sound is not None and study.radiation != "none"
+        points = sound.moving_points if sound else points
+        yield coupled_section(inputs.coupled, names, points, in_air=in_air)
+    if sound:
+        yield from _under_sound(sound, points, layouts)
+
+
+def _under_sound(
+    inputs: Inputs, points: Sequence[str], layouts: Mapping[str, str]
+) -> Iterator[PageSection]:
+    """Yield the parts of the responses to sound, then those of base motion."""
+    study, names = inputs.study, inputs.names
     if study.layouts:
-        sections.append(layouts_section(inputs))
-    families = with_progress(list(study.families), "families of scenarios of the page")
-    sections += [response_section(inputs, family_of(study, name)) for name in families]
+        yield layouts_section(inputs)
+    for name in with_progress(list(study.families), "families of scenarios of the page"):
+        yield response_section(inputs, family_of(study, name))
     if inputs.coupled is not None and inputs.coupled.verdict is not None:
         verdict = with_names(inputs.coupled.verdict, names)
         titles = {s.dampers: model_title(study, s) for s in study.all_scenarios()}
-        sections.append(verdict_section(verdict, points, titles))
-    layouts = {scenario.layout_label: scenario.name for scenario in study.all_scenarios()}
-    if inputs.measurements is not None:
-        curves = {"sound": inputs.psd, "base": curves_of(inputs.base)}
-        curves["hammer"] = inputs.measurements.hammer
-        sections.append(measurement_section(inputs.measurements, curves, {**layouts, **names}))
+        yield verdict_section(verdict, points, titles)
     if inputs.base is not None:
-        sections.append(
-            base_section(inputs.base, layouts, points, study.panel.section.thickness_mm)
-        )
+        yield base_section(inputs.base, layouts, points, study.panel.section.thickness_mm)
     if inputs.maps is not None:
-        sections.append(maps_section(inputs.maps, inputs.basis.cell_in_patch, names))
-    sections.append(summary_section(study, inputs.summary))
-    sections.append(stress_section(with_names(inputs.stress, names)))
-    if inputs.margins is not None:
-        sections.append(margins_section(study, inputs.margins))
+        yield maps_section(inputs.maps, inputs.basis.cell_in_patch, names)
+    yield summary_section(study, inputs.summary)
+    yield stress_section(with_names(inputs.stress, names))
     if inputs.severity is not None:
-        sections.append(severity_section(inputs.severity, inputs))
-    return sections
+        yield severity_section(inputs.severity, inputs)
 
 
 SAME_DB = 0.05  # reduction below which there is none
@@ -153,46 +159,27 @@ SAME_DB = 0.05  # reduction below which there is none
 def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
     """Return the whole page."""
     study, base, names = inputs.study, inputs.base, inputs.names
-    points = list(study.panel.points)
     if base is None:
         raise ValueError(f"{study.name}: a page without sound and base motion")
-    on_shaker = base_section(base, names, points, study.panel.section.thickness_mm)
+    thickness = study.panel.section.thickness_mm
+    on_shaker = base_section(base, names, list(study.panel.points), thickness)
     answer, *summary = _findings(base, names)
     proposed, designs = [], []
     if inputs.proposal is not None:
         answer, summary = proposal_headline(inputs.proposal), [answer, *summary]
         proposed = [optimise_section(inputs.proposal)]
-        designs = [proposal_choice(inputs.proposal, inputs.basis)]
-    sections = [panel_section(inputs.basis, inputs.modes, inputs.printed)]
+        designs = [proposal_choice(inputs.proposal, inputs)]
     if inputs.margins is not None:
         answer = " ".join([answer, *margin_lines(study, inputs.margins)])
-        sections = [margins_section(study, inputs.margins), *sections]
-    warnings = _warnings(inputs, base)
     # the drawing and the first curves make a row
     head, curves, sweep_blocks = on_shaker.blocks
     drawing = panel_picture(inputs, None, "The panel.")
-    sections += coupon_sections(inputs)
-    if inputs.coupled is not None:
-        sections.append(coupled_section(inputs.coupled, names, points))
-    if inputs.measurements is not None:
-        computed = {"base": curves_of(base), "hammer": inputs.measurements.hammer}
-        sections.insert(0, measurement_section(inputs.measurements, computed, names))
-    return Page(
-        title=study.title or study.name,
-        answer=answer,
+    sections = [replace(section, folded=True) for section in _sections(inputs)]
+    return _page(
+        inputs, _warnings(inputs, base), steps, answer=answer, summary=summary,
         first=[*designs, head, drawing, curves],
-        caveats=warnings[:CAVEATS],
-        facts=study_facts(inputs),
-        assumptions=study.assumptions,
-        summary=summary,
-        warnings=warnings[CAVEATS:],
-        sections=[
-            *proposed,
-            replace(on_shaker, blocks=[sweep_blocks]),
-            *(replace(section, folded=True) for section in sections),
-        ],
-        steps=steps,
-    )
+        sections=[*proposed, replace(on_shaker, blocks=[sweep_blocks]), *sections],
+    )  # fmt: skip
 
 
 def _findings(base: BaseResults, names: Mapping[str, str]) -> list[str]:
@@ -267,18 +254,16 @@ def coupon_page(
     one_by_one = [] if coupon.is_design else keys
     results = findings(good, one_by_one)
     first: list[Block] = [varied_section(good, one_by_one)] if one_by_one else []
-    values: dict[str, Any] = {"design": None, "map": None, "text": coupon_text(coupon)}
+    values: dict[str, Any] = {"design": None, "maps": [], "text": coupon_text(coupon)}
     if coupon.is_design:
         values["design"] = figure_picture("loss_factor_design", design_figure, good, keys)
     elif not one_by_one and len(good[["frequency_hz", "acceleration_g"]].drop_duplicates()) > 1:
-        values["map"] = figure_picture("loss_factor_map", loss_factor_map, good)
+        values["maps"] = loss_factor_tables(good)
     if coupon.shot is not None:
         first.append(film_picture(coupon.shot))
     warnings = coupon_warnings(coupon.cases)
     measured = [] if coupon.measured is None else [measured_section(coupon.measured, keys)]
     sections = [coupon_section(coupon._replace(shot=None), varied=keys)]
-    if not coupon.is_design:
-        sections.append(losses_section(good))
     return Page(
         title=study.title or study.name,
         answer=results[0],

@@ -5,6 +5,7 @@ The colours are distinct for the common kinds of colour blindness: fills run thr
 bare panel is black throughout. Nothing is set for the process: a `Drawing` draws within `context`.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property, partial
@@ -83,7 +84,8 @@ class Drawing:
         buffer = StringIO()
         with context(), mpl.rc_context({"svg.fonttype": "none"}):
             self._draw().savefig(buffer, format="svg", metadata=dict.fromkeys(SVG_FACTS))
-        return buffer.getvalue().partition("<svg")[2].join(["<svg", ""])
+        element = "<svg" + buffer.getvalue().partition("<svg")[2]
+        return re.sub(r"(\.\d\d)\d+", r"\1", element)  # a hundredth of a point
 
     def write(self, path: Path, title: str) -> None:
         """Write the figure below a title as PNG, SVG or PDF, by the end of the path."""

@@ -9,12 +9,10 @@ import pandas as pd
 from pidpanel.report.coupon_figures import EQUIVALENT_DAMPING, varied_figure
 from pidpanel.report.html import Fragment, figure_picture
 from pidpanel.report.templates import lines
-from pidpanel.report.text import NAMES, records, value_text
+from pidpanel.report.text import NAMES
 from pidpanel.response.trust import SIGNIFICANCE
 
 LABELS: dict[str, str] = NAMES["varied"]
-
-ROWS_SHOWN = 6  # rows of a table that are shown before it is expanded
 
 VALUE, ERROR = EQUIVALENT_DAMPING.column, EQUIVALENT_DAMPING.error
 
@@ -25,27 +23,13 @@ def varied_section(cases: pd.DataFrame, keys: Sequence[str]) -> Fragment:
         {
             "name": _name(key),
             "others": ", ".join(_name(name) for name in keys if name != key),
-            "rows": varied_rows(cases, key, keys),
             "picture": figure_picture(
                 f"over_{key.replace('.', '_')}", varied_figure, cases, key, LABELS.get(key, key)
             ),
         }
         for key in keys
     ]
-    return Fragment("varied.html", {"keys": values, "rows_shown": ROWS_SHOWN})
-
-
-def varied_rows(cases: pd.DataFrame, key: str, keys: Sequence[str]) -> list[list[tuple[str, str]]]:
-    """Return (head, text) of C_e at each value of a key, a row for each point of the sweep."""
-    values = list(dict.fromkeys(cases[key]))
-    same = [*(k for k in keys if k != key), "fill_fraction", "frequency_hz", "acceleration_g"]
-    heads = [*(_name(name) for name in same[:-3]), "r", "f, Hz", "Γ", *map(_text, values)]
-    rows = []
-    for point, group in cases.groupby(same, sort=True):
-        by_value = {row[key]: value_text(row[VALUE], row[ERROR]) for row in records(group)}
-        cells = [*map(_text, point), *(by_value.get(value, "–") for value in values)]
-        rows.append(list(zip(heads, cells, strict=True)))
-    return rows
+    return Fragment("varied.html", {"keys": values})
 
 
 def findings(cases: pd.DataFrame, keys: Sequence[str]) -> list[str]:

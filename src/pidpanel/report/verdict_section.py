@@ -10,8 +10,14 @@ from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import add_legend, figure_of_axes
 from pidpanel.report.text import records
-from pidpanel.report.verdict import BAND_DEPTH, BAND_LIMIT, RMS_LIMIT, combined
-from pidpanel.report.verdict_files import BARE, DEAD_WEIGHT
+from pidpanel.report.verdict_files import (
+    BAND_DEPTH,
+    BAND_LIMIT,
+    BARE,
+    DEAD_WEIGHT,
+    RMS_LIMIT,
+    combined,
+)
 
 DASHED = {BARE: "#555555", DEAD_WEIGHT: "#999999"}  # curves that are no damping model, in grey
 

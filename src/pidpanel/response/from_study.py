@@ -261,8 +261,8 @@ def quietest(study: Study, psd: xr.Dataset) -> str:
     main = [s for s in study.all_scenarios() if s.bare.label == bare.label and study.is_main(s)]
     steady = [bare.label, *(s.label for s in main if is_steady(psd, s.label))]
     power = psd["acceleration_psd"].sel(scenario=steady).integrate("frequency")
-    worst = int(power.isel(scenario=0).argmax("point"))
-    return steady[int(power.isel(point=worst).argmin())]
+    worst = int(power.isel(scenario=0).to_numpy().argmax())
+    return steady[int(power.isel(point=worst).to_numpy().argmin())]
 
 
 def write_export(study: Study, modes: Path, psd_nc: Path, summary_csv: Path, folder: Path) -> None:

@@ -86,16 +86,22 @@ def write_rms_maps(
     layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
     # the own force of the particles is that of one scenario
     groups: dict[tuple[tuple[str, ...], str], list[ResponseScenario]] = {}
+    filled = [s.patches for s in scenarios if not (s.is_bare or s.is_coupled)]
     for scenario in scenarios:
         if is_steady(psd, scenario.label):
             label = scenario.label if scenario.is_coupled else ""
-            groups.setdefault((scenario.patches, label), []).append(scenario)
+            # the bare panel goes with others: most of the work is the same for all of a group
+            places = filled[0] if scenario.is_bare and filled else scenario.patches
+            groups.setdefault((places, label), []).append(scenario)
     maps: dict[str, dict[str, Array]] = {}
     for (names, _), cases in groups.items():
         excitation: Excitation = panel.excitation
         if (force := own_force_of(panel, cases[0])) is not None:
             excitation = Superposition(excitation, force, 1 / cases[0].factor)
-        lines, dampers = panel.coarse_frequency, [_dampers(panel, psd, case) for case in cases]
+        lines, dampers = (
+            panel.coarse_frequency,
+            [_dampers(panel, psd, case, names) for case in cases],
+        )
         patches = panel.patches.subset([basis.patch_names.index(name) for name in names])
         spectrum = excitation.spectrum(lines)
         covariances = modal_covariances(
@@ -133,14 +139,14 @@ def _error_of_points(psd: xr.Dataset, label: str) -> float:
 
 
 def _dampers(
-    panel: ResponsePanel, psd: xr.Dataset, scenario: ResponseScenario
+    panel: ResponsePanel, psd: xr.Dataset, scenario: ResponseScenario, names: Sequence[str]
 ) -> tuple[Array, Array, float]:
-    """Return C_e and m_a (n_loads, nf) on the lines of maps, and the factor of the excitation."""
+    """Return C_e and m_a (n_patches, nf) on the lines of maps, and the factor of the excitation."""
     lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency
     if scenario.is_bare:
-        empty = np.zeros((0, coarse.size))
-        return empty, empty, scenario.factor
-    case = psd.sel(scenario=scenario.label, patch=list(scenario.patches))
+        zero = np.zeros((len(names), coarse.size))
+        return zero, zero, scenario.factor
+    case = psd.sel(scenario=scenario.label, patch=list(names))
 
     def values(name: str) -> Array:
         by_patch = case[name].transpose("patch", "frequency").to_numpy()
