@@ -25,5 +25,6 @@ USER pidpanel
 WORKDIR /work
 
 ENV PATH=/pidpanel/.venv/bin:$PATH \
-    OMP_NUM_THREADS=1
+    OMP_NUM_THREADS=1 \
+    VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow
 CMD ["pidpanel", "run", "paper.yaml"]

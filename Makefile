@@ -8,6 +8,7 @@ export STUDY
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 export OMP_NUM_THREADS := 1
 unexport PYTHONDONTWRITEBYTECODE
+export VTK_DEFAULT_OPENGL_WINDOW := vtkEGLRenderWindow
 
 .PHONY: run verification validation test quick slurm bench mutants drills fuzz check lock docs reference ready
 

@@ -6,8 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 packages=(
   liggghts make python3-venv graphviz
-  # gmsh is a wheel that brings all but these
-  libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1
+  # gmsh and vtk are wheels that bring all but these; vtk draws off screen through EGL
+  libglu1-mesa libgl1 libegl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1
 )
 
 say() { printf 'bootstrap: %s\n' "$*" >&2; }

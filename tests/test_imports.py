@@ -100,7 +100,7 @@ def test_no_stage_imports_the_door_of_another_but_downstream():
 
 
 def test_the_panel_of_a_study_is_meshed_without_the_libraries_of_files_and_figures():
-    slow = "pandas", "xarray", "matplotlib", "snakemake", "scipy.optimize"
+    slow = "pandas", "xarray", "matplotlib", "pyvista", "snakemake", "scipy.optimize"
     code = f"import sys, pidpanel.panel.from_study; print(sys.modules.keys() & {set(slow)})"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout == "set()\n"

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.colors import Normalize
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image
 
 from pidpanel.arrays import Array, Flags, variable
 from pidpanel.coupon import geometry
@@ -25,6 +25,9 @@ from pidpanel.coupon.liggghts.failures import SolverFailure
 from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report.html import Picture
 from pidpanel.report.layout import pick
+
+if TYPE_CHECKING:
+    import pyvista as pv
 
 Pixels = NDArray[np.uint8]  # (rows, columns, 3) of an image
 
@@ -170,19 +173,6 @@ class CellRow:
         pitch = ROW_PITCH * self.across_flats
         return np.outer(np.arange(self.count), [pitch, 0.0, 0.0])
 
-    @property
-    def walls(self) -> tuple[list[Array], list[Array]]:
-        """Outlines (n_corners, 3) of the walls behind and before the spheres [m]."""
-        back, front = [], []
-        for centre in self.centres:
-            low = np.pad(self.outline, ((0, 0), (0, 1))) + centre
-            high = low + np.array([0.0, 0.0, self.depth])
-            sides = [np.stack([low[k - 1], low[k], high[k], high[k - 1]]) for k in range(len(low))]
-            sides.sort(key=lambda side: -side[:, 1].mean())
-            back += [low, *sides[: len(sides) // 2]]
-            front += [*sides[len(sides) // 2 :], high]
-        return back, front
-
     def take(self, positions: Array, packed: int) -> tuple[Flags, Array]:
         """Return which spheres of a packing of ``count`` cells are drawn, and their displacement.
 
@@ -193,12 +183,6 @@ class CellRow:
         inside: Flags = nearest < self.count
         shift = self.centres - np.pad(centres[: self.count], ((0, 0), (0, 1)))
         return inside, shift[nearest[inside]]
-
-
-# From a sphere to the eye, and up in the picture: seen a little from above.
-TO_EYE, UP = np.array([[0.0, -0.958, 0.287], [0.0, 0.287, 0.958]])
-LIGHT = np.array([-0.3, 0.5, 0.812])  # to the light: right, up and towards the eye
-FINER = 3  # pixels drawn for one, along each side
 
 
 def spheres_film(
@@ -215,48 +199,63 @@ def spheres_film(
 
     Values (n_frames, n) give the colours; ``lift`` is the height of the cells in each frame [m].
     """
+    import pyvista as pv  # half a second, for pages without a picture too
+
+    # VTK looks for this when its first window is made
+    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    ball = pv.Sphere(radius=0.5, theta_resolution=24, phi_resolution=24)
+    # seen a little from above: the height of a cell and a part of its floor
     reach = float(np.abs(lift).max())
     width = (ROW_PITCH * (cells.count - 1) + 1.3) * cells.across_flats
     height = 0.96 * (cells.depth + 2 * reach) + 0.5 * cells.across_flats
-    scale = FINER * pixels / width
-    middle = cells.centres.mean(axis=0) + np.array([0.0, 0.0, cells.depth / 2])
-    size = FINER * np.array([pixels, round(pixels * height / width)])
-    colours = mpl.colormaps["plasma"](Normalize(*limits)(values))[..., :3]
-
-    def project(places: Array, up: float) -> Array:
-        offset = places - middle + np.array([0.0, 0.0, up])
-        across, high = offset[:, 0], offset @ UP
-        return np.column_stack([size[0] / 2 + scale * across, size[1] / 2 - scale * high])
-
-    shades = {diameter: _shade(scale * diameter / 2) for diameter in np.unique(diameters)}
-    back, front = cells.walls
+    shape = [pixels, round(pixels * height / width)]
+    plotter = pv.Plotter(off_screen=True, window_size=shape)
+    plotter.background_color = pv.Color("white")
+    plotter.enable_anti_aliasing("msaa", multi_samples=4)
+    walls = _walls(cells)
     images = []
-    for places, frame_colours, up in zip(positions, colours, lift, strict=True):
-        image = Image.new("RGB", (int(size[0]), int(size[1])), "white")
-        draw = ImageDraw.Draw(image)
-        for ring in back:
-            draw.polygon(project(ring, up).ravel().tolist(), "#f0f3f5", "#8f9aa3", FINER)
-        pasted, centres = np.asarray(image).copy(), project(places, up).round().astype(int)
-        for k in np.argsort(places @ TO_EYE):
-            disc, light, gleam = shades[diameters[k]]
-            left, top = centres[k] - len(disc) // 2
-            area = pasted[top : top + len(disc), left : left + len(disc)]
-            if area.shape[:2] == disc.shape:  # within the picture
-                area[disc] = 255 * np.clip(light * frame_colours[k] + gleam, 0, 1)
-        image = Image.fromarray(pasted)
-        draw = ImageDraw.Draw(image)
-        for ring in front:
-            corners = project(np.vstack([ring, ring[:1]]), up)
-            draw.line(corners.ravel().tolist(), "#44525f", FINER)
-        images.append(np.asarray(image.reduce(FINER)))
+    for frame, (places, frame_values, up) in enumerate(zip(positions, values, lift, strict=True)):
+        spheres = pv.PolyData(places)
+        spheres["value"] = frame_values
+        spheres["diameter"] = diameters
+        plotter.add_mesh(
+            spheres.glyph(geom=ball, scale="diameter", orient=False),
+            scalars="value", cmap=mpl.colormaps["plasma"], clim=list(limits),
+            show_scalar_bar=False, smooth_shading=True, specular=0.25, ambient=0.25, diffuse=0.8,
+            name="spheres",
+            render=False,  # the eye moves first
+        )  # fmt: skip
+        if frame == 0:
+            for wall in walls:
+                plotter.add_mesh(wall, color="#8fa3b5", opacity=0.10, lighting=False)
+                plotter.add_mesh(
+                    wall.extract_feature_edges(30), color="#44525f", line_width=2, lighting=False
+                )
+        # the cells stay where they are, and the eye moves the other way
+        middle = cells.centres.mean(axis=0) + np.array([0.0, 0.0, cells.depth / 2 - up])
+        plotter.camera.focal_point = middle
+        plotter.camera.position = middle + np.array([0.0, -1.0, 0.3])
+        plotter.camera.up = (0.0, 0.0, 1.0)
+        plotter.camera.enable_parallel_projection()
+        plotter.camera.parallel_scale = 0.5 * height
+        plotter.reset_camera_clipping_range()
+        plotter.render()
+        images.append(np.asarray(plotter.screenshot(return_img=True), dtype=np.uint8))
+    plotter.close()
     return images
 
 
-def _shade(radius: float) -> tuple[Flags, Array, Array]:
-    """Return the pixels of a sphere, and on each the light (n, 1) and the gleam (n, 1)."""
-    side = np.arange(-np.ceil(radius), np.ceil(radius) + 1) / radius
-    x, y = np.meshgrid(side, -side)
-    disc = x**2 + y**2 <= 1
-    normal = np.column_stack([x[disc], y[disc], np.sqrt(1 - x[disc] ** 2 - y[disc] ** 2)])
-    facing = np.clip(normal @ LIGHT, 0, 1)[:, None]
-    return disc, 0.25 + 0.75 * facing, 0.25 * facing**30
+def _walls(cells: CellRow) -> list[pv.PolyData]:
+    """Return the walls of cells in a row."""
+    import pyvista as pv
+
+    outline = cells.outline
+    sides = len(outline)
+    side = [[4, k, (k + 1) % sides, (k + 1) % sides + sides, k + sides] for k in range(sides)]
+    ends = [[sides, *range(sides)], [sides, *range(sides, 2 * sides)]]
+    walls = []
+    for centre in cells.centres:
+        floor = np.column_stack([outline + centre[:2], np.zeros(sides)])
+        ring = np.vstack([floor, floor + np.array([0.0, 0.0, cells.depth])])
+        walls.append(pv.PolyData(ring, faces=np.concatenate([*side, *ends])))
+    return walls
