@@ -9,6 +9,7 @@ import pytest
 from pidpanel.coupled.beds import StartedBed, cell_of, spheres_of, started
 from pidpanel.coupled.pieces import in_child
 from pidpanel.coupon import geometry, preparation
+from pidpanel.coupon.impacts import ViscoelasticImpacts
 from pidpanel.coupon.liggghts.failures import RunStopped
 from pidpanel.coupon.liggghts.library import commands
 
@@ -39,7 +40,7 @@ def shaken(bed, folder, intervals, substeps, acceleration):
 
         found, beds = bed
         step = step_of(found)
-        spheres = spheres_of(load_library(), started(found, MODULUS, beds), step, folder)
+        spheres = spheres_of(load_library(), StartedBed(found, MODULUS, beds, 0), step, folder)
         rows = preparation.read_bed(beds)
         mass = geometry.masses(rows[:, 3], found.packing.density)
         cell = np.sort(cell_of(rows[:, :2], found.packing.centres))
@@ -71,6 +72,17 @@ def test_the_spheres_of_every_cell_feel_its_walls_its_motion_and_gravity(bed, tm
     size = np.abs(found.walls).max() + np.abs(found.kicks).max()
     assert found.gained == pytest.approx(found.walls + found.weight + found.kicks, abs=1e-9 * size)
     assert found.impulse == pytest.approx(found.walls, abs=1e-9 * size)
+
+
+def test_viscoelastic_spheres_get_the_momentum_of_their_walls_and_another_motion(bed, tmp_path):
+    found, beds = bed
+    law = ViscoelasticImpacts(1.0, 1.25e-3, 1190.0)
+    other = replace(found, constants=replace(found.constants, impacts=law))
+    usual, viscoelastic = (shaken(one, tmp_path, 3000, 1, 100.0) for one in (bed, (other, beds)))
+    received = viscoelastic.walls + viscoelastic.weight + viscoelastic.kicks
+    size = np.abs(received).max()
+    assert viscoelastic.gained == pytest.approx(received, abs=1e-9 * size)
+    assert np.abs(viscoelastic.walls - usual.walls).max() > 1e-3 * size
 
 
 def test_the_impulse_of_some_steps_is_that_of_the_walls_alone(bed, tmp_path):

@@ -9,6 +9,7 @@ from pidpanel.atlas.table import fields
 from pidpanel.coupon.from_study import atlas_table, cases_of
 from pidpanel.study.coupon import Coupon
 
+VISCOELASTIC = {"value": 0.8, "at_m_s": 1.0, "law": "viscoelastic"}
 SWEEP = {"fill_fraction": [0.5], "frequency_hz": [100], "acceleration_g": [20]}
 
 
@@ -83,6 +84,7 @@ def test_walls_of_glass_that_is_not_softened_are_those_of_the_particles():
         ({"walls": {"friction": 0.1}}, "walls must have the constants of the particles"),
         ({"particles": {"distribution": {"kind": "uniform", "half_width_mm": 0.2}}}, "one size"),
         ({"gravity_g": 0.5}, "gravity of 0.5 g"),
+        ({"particles": {"restitution": VISCOELASTIC}}, "restitution must not depend on the speed"),
     ],
 )
 def test_a_case_that_the_groups_do_not_describe_is_refused(coupon, message):

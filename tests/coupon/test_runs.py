@@ -349,6 +349,19 @@ def test_the_energy_closes_at_low_restitution_and_high_friction(
     assert abs(found.closure) < 0.005
 
 
+def test_the_energy_closes_where_restitution_falls_with_the_speed(tmp_path, bed_file, monkeypatch):
+    monkeypatch.setattr(window, "FRAMES_PER_CONTACT", (24,))
+    law = {"restitution": {"value": 0.6, "at_m_s": 0.1, "law": "viscoelastic"}}
+    impacts = cases_of(coupon(particles=law))[0].point.constants.impacts
+    (case,) = cases_of(coupon())
+    constants = dataclasses.replace(
+        case.runs[0].constants, restitution=0.6, wall_restitution=0.6, impacts=impacts
+    )
+    run = dataclasses.replace(case.runs[0], constants=constants)
+    found = runs.shake(run, case.target, bed_file.parent, tmp_path / "other").balance
+    assert abs(found.closure) < 0.005
+
+
 # ------------------------------------------------------------------ judged anew
 
 

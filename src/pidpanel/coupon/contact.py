@@ -1,10 +1,11 @@
-"""The contact law, Hertz and Mindlin with damping: LIGGGHTS' words, constants and closed forms.
+"""The contact laws, Hertz and Mindlin with damping: LIGGGHTS' words, constants and closed forms.
 
 ``templates/contacts.j2`` states the constants in decks.
 """
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.atlas.groups import ElasticSphere
+from pidpanel.coupon.impacts import ViscoelasticImpacts
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class Constants:
     """Constants of the contacts of spheres with spheres and with walls: moduli [Pa], others [1].
 
     The moduli are those of a run, which may be softer than the material
-    (`contact.softest_modulus`).
+    (`contact.softest_modulus`). Without ``impacts`` e is the same at any speed.
     """
 
     youngs_modulus: float
@@ -32,6 +34,7 @@ class Constants:
     wall_friction: float
     rolling_friction: float
     wall_rolling_friction: float
+    impacts: ViscoelasticImpacts | None = field(default=None, kw_only=True)
 
     @classmethod
     def alike(
@@ -54,13 +57,44 @@ class Constants:
     @property
     def contact_model(self) -> str:
         """Return the words of LIGGGHTS for the contact law."""
-        words = "hertz tangential history"
+        words = "hertz/stiffness" if self.impacts else "hertz"
+        words += " tangential history"
         return words + " rolling_friction cdt" if self.has_rolling_friction else words
 
     @property
     def deck_values(self) -> dict[str, Any]:
         """Variables of ``templates/contacts.j2`` in SI."""
-        return {**vars(self), "contact_model": self.contact_model}
+        properties = tuple(self._viscoelastic_properties())
+        return {**vars(self), "contact_model": self.contact_model, "impacts": properties}
+
+    @property
+    def materials(self) -> "tuple[ContactMaterial, ContactMaterial]":
+        """Contacts of sphere on sphere and of sphere on wall."""
+        sphere = self.youngs_modulus, self.poissons_ratio
+        wall = self.wall_youngs_modulus, self.wall_poissons_ratio
+        pair = contact_material(sphere, sphere, self.friction, self.restitution)
+        touch = contact_material(sphere, wall, self.wall_friction, self.wall_restitution)
+        if self.impacts is None:
+            return pair, touch
+        moduli = pair.effective_modulus, touch.effective_modulus
+        pair_viscosity = self.impacts.viscosity(moduli[0], self.restitution, at_wall=False)
+        wall_viscosity = self.impacts.viscosity(moduli[1], self.wall_restitution, at_wall=True)
+        return replace(pair, viscosity=pair_viscosity), replace(touch, viscosity=wall_viscosity)
+
+    def _viscoelastic_properties(self) -> Iterator[tuple[str, float, float]]:
+        """Yield constants of ``hertz/stiffness`` by name, of two spheres and of one at a wall."""
+        if self.impacts is None:
+            return
+        pair, touch = self.materials
+        moduli = pair.effective_modulus, touch.effective_modulus
+        shear_moduli = pair.effective_shear_modulus, touch.effective_shear_modulus
+        yield "kn", 4 / 3 * moduli[0], 4 / 3 * moduli[1]
+        yield "kt", 8 * shear_moduli[0], 8 * shear_moduli[1]
+        # LIGGGHTS multiplies the viscous constants by m*
+        damping = pair.viscosity / self.impacts.effective_mass(at_wall=False)
+        wall_damping = touch.viscosity / self.impacts.effective_mass(at_wall=True)
+        yield "gamman", damping, wall_damping
+        yield "gammat", damping * pair.across, wall_damping * touch.across
 
 
 def damping_ratio(restitution: float) -> float:
@@ -79,12 +113,21 @@ def damping_ratio(restitution: float) -> float:
 
 @dataclass(frozen=True)
 class ContactMaterial:
-    """One kind of contact: E* and G* [Pa], μ, and β of `damping_ratio` [1]."""
+    """One kind of contact: E* and G* [Pa], μ, β of `damping_ratio` [1].
+
+    A viscosity [Pa s] other than 0, 2 E* A of `impacts`, replaces β.
+    """
 
     effective_modulus: float
     effective_shear_modulus: float
     friction: float
     damping: float
+    viscosity: float = 0.0
+
+    @property
+    def across(self) -> float:
+        """Viscous force across over that along at one speed [1]: √(S_t/S_n)."""
+        return math.sqrt(4 * self.effective_shear_modulus / self.effective_modulus)
 
 
 def contact_material(
@@ -114,7 +157,8 @@ def contact_forces(
 ) -> tuple[Array, Array, Array]:
     """Return elastic forces [N], and viscous ones over the speed along and across [N s/m].
 
-    F = 4/3 E* √(R* δ) δ, and 2 √(5/6) β √(S m*) with S_n = 2 E* √(R* δ), S_t = 8 G* √(R* δ).
+    F = 4/3 E* √(R* δ) δ, and 2 √(5/6) β √(S m*) with S_n = 2 E* √(R* δ), S_t = 8 G* √(R* δ). A
+    viscosity η has η √(R* δ) instead, and across √(S_t/S_n) times that.
 
     Parameters
     ----------
@@ -122,13 +166,13 @@ def contact_forces(
         (n,) overlaps δ [m], 1/R* [1/m] and 1/m* [1/kg], sums over both sides of a contact.
     """
     contact_radius = np.sqrt(depth / curvature)
-    inertia = contact_radius / mobility
     elastic = 4 / 3 * material.effective_modulus * contact_radius * depth
-    along, across = (
-        2 * math.sqrt(5 / 6) * material.damping * np.sqrt(stiffness * inertia)
-        for stiffness in (2 * material.effective_modulus, 8 * material.effective_shear_modulus)
-    )
-    return elastic, along, across
+    if material.viscosity:
+        along = material.viscosity * contact_radius
+    else:
+        inertia = 2 * material.effective_modulus * contact_radius / mobility
+        along = 2 * math.sqrt(5 / 6) * material.damping * np.sqrt(inertia)
+    return elastic, along, along * material.across
 
 
 CROSSING = 0.1  # stroke over clear gap W/L from which a bed can cross its gap [1]; below, it rides

@@ -17,6 +17,7 @@ from pidpanel.coupon.bed import LOOSENING, Bed, Run, run_at
 from pidpanel.coupon.cases import Case, RunTarget
 from pidpanel.coupon.contact import Constants
 from pidpanel.coupon.drive import Tone
+from pidpanel.coupon.impacts import ViscoelasticImpacts
 from pidpanel.coupon.liggghts import deck
 from pidpanel.coupon.liggghts.failures import DeckRefused
 from pidpanel.coupon.packing import Packing
@@ -236,7 +237,7 @@ def _drives(coupon: Coupon) -> Iterator[Tone]:
 def _of_walls(coupon: Coupon, name: str) -> float:
     """Return a property of the walls, by default that of the particles."""
     stated = getattr(coupon.walls, name)
-    return float(getattr(coupon.particles, name) if stated is None else stated)
+    return coupon.particles.constant(name) if stated is None else float(stated)
 
 
 def _packing(coupon: Coupon, diameter: float, seed: int) -> Packing:
@@ -288,9 +289,18 @@ def _constants(
     return Constants(
         youngs_modulus=modulus,
         wall_youngs_modulus=modulus * stiffer,
-        **{name: getattr(spheres, name) for name in names},
+        **{name: spheres.constant(name) for name in names},
         **{f"wall_{name}": _of_walls(coupon, name) for name in names},
+        impacts=_impacts(coupon, packing),
     )
+
+
+def _impacts(coupon: Coupon, packing: Packing) -> ViscoelasticImpacts | None:
+    """Return the impacts of spheres of the one size of a packing; None if e is constant."""
+    stated = coupon.particles.impacts
+    if stated.law == "constant" or stated.at_m_s is None:
+        return None
+    return ViscoelasticImpacts(stated.at_m_s, packing.diameter / 2, packing.density)
 
 
 # Statuses of the cases used. A run that is not steady has an error as large as its drift. The
@@ -365,6 +375,7 @@ def _check_groups(case: Case) -> None:
         "cells must be hexagons": packing.shape != "hexagon",
         "particles must have one size": packing.sizes.kind != "mono",
         "there must be no rolling friction": constants.has_rolling_friction,
+        "restitution must not depend on the speed": constants.impacts is not None,
         "walls must have the constants of the particles": bool(walls.items() - values.items()),
     }
     for message, is_wrong in faults.items():

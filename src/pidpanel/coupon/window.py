@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.coupon import balance, contact, cycles, geometry, rows
+from pidpanel.coupon import balance, cycles, geometry, rows
 from pidpanel.coupon.bed import Run
 from pidpanel.coupon.liggghts import deck, output, start_files
 from pidpanel.coupon.liggghts.failures import LogTruncated
@@ -88,7 +88,7 @@ def _window(
         pairs,
         touches,
         planes,
-        _materials(run),
+        run.constants.materials,
         drive.acceleration_at(phase),
         run.bed.gravity * np.array(run.bed.gravity_direction),
         stride * run.time_step,
@@ -110,18 +110,6 @@ def _frame_stride(run: Run, window: int, per_contact: int) -> int:
         enough = _stride(steps, window * steps / ENOUGH_FRAMES)
         stride = max(stride, min(enough, _stride(steps, 2 * impact / per_contact / run.time_step)))
     return stride
-
-
-def _materials(run: Run) -> tuple[contact.ContactMaterial, contact.ContactMaterial]:
-    """Return the materials of contacts of sphere on sphere and of sphere on wall."""
-    constants = run.constants
-    sphere = constants.youngs_modulus, constants.poissons_ratio
-    wall = constants.wall_youngs_modulus, constants.wall_poissons_ratio
-    material = contact.contact_material
-    return (
-        material(sphere, sphere, constants.friction, constants.restitution),
-        material(sphere, wall, constants.wall_friction, constants.wall_restitution),
-    )
 
 
 def wall_planes(packing: Packing) -> Array:

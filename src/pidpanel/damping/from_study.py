@@ -182,7 +182,7 @@ def atlas_model(
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0]
     bed = atlas_bed(
-        particles.restitution, particles.friction, cell.across_flats, cell.depth, diameter,
+        particles.impacts.value, particles.friction, cell.across_flats, cell.depth, diameter,
         [direction], coupon.gravity / STANDARD_GRAVITY,
     )  # fmt: skip
     atlas = read_atlas()

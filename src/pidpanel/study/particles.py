@@ -1,12 +1,14 @@
 """Particles of a coupon, the constants of their contacts, and how these are softened."""
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
 
 from pidpanel.geometry.sizes import Sizes
 from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
+from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
 from pidpanel.study.units import InSI
@@ -83,6 +85,31 @@ class Binary(SectionModel):
 Distribution = Annotated[Mono | Normal | Uniform | Binary, Field(discriminator="kind")]
 
 
+class ImpactRestitution(SectionModel):
+    """Coefficient of restitution and how it depends on the speed of impact."""
+
+    value: Restitution
+    """Coefficient of restitution of a head-on impact at the speed ``at_m_s``."""
+    at_m_s: Annotated[float, Quantity(0.001, 100)] | None = None
+    """Speed of impact at which ``value`` is measured [m/s]; a constant one needs none."""
+    law: Literal["constant", "viscoelastic"] = "constant"
+    """``constant``: the same at any speed. ``viscoelastic``: 1 − e rises about with the fifth root
+    of the speed of impact ([theory](../theory/coupon.md#restitution-and-speed-of-impact)); needs
+    spheres of one size."""
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _refuse_plastic(cls, law: Any) -> Any:
+        if law == "plastic":
+            message = "must be constant or viscoelastic; LIGGGHTS has no plastic contact that "
+            raise PydanticCustomError("plastic", message + "keeps the energy of slow impacts")
+        return law
+
+    def mistakes(self) -> Iterator[Mistake]:
+        if self.law == "viscoelastic" and self.at_m_s is None:
+            yield Mistake(("at_m_s",), "missing; required for law: viscoelastic")
+
+
 class Particles(SectionModel):
     """The particles: size, density, and the constants of their contacts with each other."""
 
@@ -99,8 +126,9 @@ class Particles(SectionModel):
     """Young's modulus of the material [MPa]; a run may use a lower one, see ``stiffness``."""
     poissons_ratio: PoissonsRatio = 0.35
     """Poisson's ratio of the material."""
-    restitution: Restitution = 0.8
-    """Coefficient of restitution of a collision of two particles."""
+    restitution: Annotated[Restitution | ImpactRestitution, Choice()] = 0.8
+    """Coefficient of restitution of a collision of two particles: a number, the same at any speed
+    of impact, or a mapping with a speed and a law."""
     friction: Friction = 0.3
     """Coefficient of sliding friction between two particles."""
     rolling_friction: RollingFriction = 0.0
@@ -122,11 +150,24 @@ class Particles(SectionModel):
             return self.density_kg_m3
         return self.density_kg_m3 * (1 - (1 - 2 * self.shell / diameter) ** 3)
 
+    @property
+    def impacts(self) -> ImpactRestitution:
+        """Restitution with its law."""
+        stated = self.restitution
+        return stated if isinstance(stated, ImpactRestitution) else ImpactRestitution(value=stated)
+
+    def constant(self, name: str) -> float:
+        """Return a constant of the contacts by its key; of restitution the stated value."""
+        return float(self.impacts.value if name == "restitution" else getattr(self, name))
+
     diameter: ClassVar = InSI("diameter_mm")
     shell: ClassVar = InSI("shell_mm")
     youngs_modulus: ClassVar = InSI("youngs_modulus_mpa")
 
     def mistakes(self) -> Iterator[Mistake]:
+        if self.impacts.law == "viscoelastic" and not isinstance(self.distribution, Mono):
+            message = "only allowed for distribution: {kind: mono}"
+            yield Mistake(("restitution", "law"), message)
         if self.shell_mm is not None:
             if not isinstance(self.distribution, Mono):
                 yield Mistake(("shell_mm",), "only allowed for distribution: {kind: mono}")
@@ -146,7 +187,8 @@ class Walls(SectionModel):
     poissons_ratio: PoissonsRatio | None = None
     """Poisson's ratio of the walls."""
     restitution: Restitution | None = None
-    """Coefficient of restitution of a particle and a wall."""
+    """Coefficient of restitution of a particle and a wall, at the speed and with the law of that of
+    two particles."""
     friction: Friction | None = None
     """Coefficient of sliding friction between a particle and a wall."""
     rolling_friction: RollingFriction | None = None

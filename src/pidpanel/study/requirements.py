@@ -292,25 +292,26 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
         ("cell", "shape"): (cell.shape == "hexagon", "hexagon"),
         ("particles", "distribution"): (isinstance(particles.distribution, Mono), "kind: mono"),
         ("particles", "rolling_friction"): (particles.rolling_friction == 0, "0"),
+        ("particles", "restitution", "law"): (particles.impacts.law == "constant", "constant"),
         ("gravity_g",): (coupon.gravity > 0, "above 0"),
         ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
     for keys, (is_met, allowed) in conditions.items():
         if not is_met:
             yield Mistake(keys, f"must be {allowed} for model: atlas{REMEDY}")
-    for key in ("restitution", "friction"):
-        wall = getattr(coupon.walls, key)
-        if wall is not None and wall != getattr(particles, key):
+    own = {"restitution": particles.impacts.value, "friction": particles.friction}
+    for key, value in own.items():
+        if getattr(coupon.walls, key) not in (None, value):
             message = f"must equal particles.{key} for model: atlas{REMEDY}"
             yield Mistake(("walls", key), message)
     ranges: Mapping[Keys, tuple[float, tuple[float, float], float]] = {
-        ("particles", "restitution"): (particles.restitution, RESTITUTION, 1.0),
+        ("particles", "restitution"): (own["restitution"], RESTITUTION, 1.0),
         ("particles", "friction"): (particles.friction, FRICTION, 1.0),
         ("cell", "across_flats_mm"): (cell.across_flats_mm, WIDTH, diameter),
         ("cell", "depth_mm"): (cell.depth_mm, DEPTH, diameter),
     }
-    for keys, (value, (low, high), unit) in ranges.items():
-        if not low * unit <= value <= high * unit:
+    for keys, (size, (low, high), unit) in ranges.items():
+        if not low * unit <= size <= high * unit:
             yield Mistake(keys, _outside((low * unit, high * unit)) + REMEDY)
 
 
