@@ -85,7 +85,7 @@ def test_no_number_of_the_page_is_missing(designed):
 def test_a_click_on_the_front_shows_the_layout(designed):
     with Browser(1200) as browser:
         browser.open(designed / "report.html")
-        shown = "[...document.querySelectorAll('.option')].filter(e => e.checkVisibility()).map(e => e.id)"
+        shown = "[...document.querySelectorAll('.option')].filter(e => getComputedStyle(e).display != 'none').map(e => e.id)"
         assert browser.run(shown) == ["layout_1"]
         links = browser.run(
             "[...document.querySelectorAll('.choice svg a')].map(e => e.getAttribute('href'))"
