@@ -295,9 +295,12 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
         ("gravity_g",): (coupon.gravity > 0, "above 0"),
         ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
+    steady = coupon.steady_acceleration_g
     for keys, (is_met, allowed) in conditions.items():
         if not is_met:
-            yield Mistake(keys, f"must be {allowed} for model: atlas{REMEDY}")
+            of_steady = steady is not None and keys[0].startswith("gravity")
+            sum_g = f" with steady_acceleration_g = {vector_text(steady)}" if of_steady else ""
+            yield Mistake(keys, f"must be {allowed}{sum_g} for model: atlas{REMEDY}")
     for key in ("restitution", "friction"):
         wall = getattr(coupon.walls, key)
         if wall is not None and wall != getattr(particles, key):
