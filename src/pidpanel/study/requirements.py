@@ -298,8 +298,9 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
     steady = coupon.steady_acceleration_g
     for keys, (is_met, allowed) in conditions.items():
         if not is_met:
-            of_steady = steady is not None and keys[0].startswith("gravity")
-            sum_g = f" with steady_acceleration_g = {vector_text(steady)}" if of_steady else ""
+            sum_g = ""
+            if steady is not None and keys in (("gravity_g",), ("gravity_direction",)):
+                sum_g = f" with steady_acceleration_g = {vector_text(steady)}"
             yield Mistake(keys, f"must be {allowed}{sum_g} for model: atlas{REMEDY}")
     for key in ("restitution", "friction"):
         wall = getattr(coupon.walls, key)
