@@ -1,5 +1,7 @@
 """`pidpanel new`: what a study takes from files: a Nastran deck, limits."""
 
+import re
+
 import pytest
 
 from pidpanel.cli import main
@@ -115,6 +117,37 @@ def test_a_deck_held_all_round_is_held_at_its_outline(drafted):
     supports = drafted(deck(cards)).support_input
     assert supports.outline == "simply_supported"
     assert not supports.edges and not supports.points
+
+
+@pytest.mark.parametrize("style", ["one list", "GRID"])
+def test_all_nodes_of_a_long_constraint_are_held(drafted, style):
+    rim = [(i, j) for i in range(NX + 1) for j in range(NY + 1) if i in (0, NX) or j in (0, NY)]
+    nodes = [*map(str, range(9000, 9080)), *(str(node(i, j)) for i, j in rim)]
+    text = deck()
+    if style == "GRID":
+        for number in nodes[80:]:
+            text = re.sub(rf"(GRID,{number},.*)", r"\1,,3", text)
+    else:
+        rows = [",".join(nodes[k : k + 8]) for k in range(6, len(nodes), 8)]
+        lines = ["SPC1,1,3," + ",".join(nodes[:6]), *(f"+,{row}" for row in rows)]
+        text = text.replace("ENDDATA", ",+\n".join(lines) + ",+\nENDDATA")
+    supports = drafted(text).support_input
+    assert supports.outline == "simply_supported" and not supports.points
+
+
+def test_fields_behind_the_eighth_of_a_constraint_are_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    nodes = ",".join(str(node(i, 0)) for i in range(NX + 1))
+    (tmp_path / "deck.bdf").write_text(deck([f"SPC1,1,3,{nodes}"]))
+    assert main(["new", "mine.yaml", "--mesh", "deck.bdf"]) == 2
+    said = capsys.readouterr().err
+    assert f"SPC1: '{node(NX, 0)}'" in said and said.count("\n") == 1
+
+
+def test_a_short_line_of_a_laminate_is_continued_at_its_ninth_field(drafted):
+    short = deck(nsm=0.8).replace(",,,,,\n", ",+\n", 1)
+    assert ",+\n" in short
+    assert drafted(short).section == drafted(deck()).section
 
 
 def test_point_masses_are_those_of_the_deck_in_kg(drafted):

@@ -227,7 +227,8 @@ class UserTable:
         """Raise a `ColumnsError` with all faults, if there are any or there are too few rows."""
         faults = self.faults.texts()
         if len(self.lines) < fewest and not (faults and self.text.rows):
-            faults.append(f"{self.text.path}: {too_few}")
+            remarks = [text for text in self.text.remarks if text.endswith("of text left out")]
+            faults.append("; ".join([f"{self.text.path}: {too_few}", *remarks]))
         if faults:
             raise ColumnsError(faults)
 

@@ -60,6 +60,17 @@ def test_levels_of_one_spectrum_in_many_forms(written, name):
     assert remark in summary or remark == "stated"
 
 
+def test_the_only_decimal_comma_may_be_that_of_the_overall_level(written):
+    spectrum, _ = read_pressure(written("f;L\n800;120\n1000;121\n1250;122\nOASPL;125,9\n"))
+    assert spectrum.oaspl == pytest.approx(10 * np.log10(1e12 + 10**12.1 + 10**12.2), abs=0.01)
+
+
+@pytest.mark.parametrize("reference", ["20 µPa", "2×10^-5 Pa", "2 x 10-5 Pa", "2e-5 Pa"])
+def test_levels_state_their_reference_in_any_of_its_forms(written, reference):
+    text = f"f (Hz);Level (dB ref {reference})\n800;120\n1000;121.5\n1250;122\n"
+    assert read_pressure(written(text))[0].band_spl.tolist() == LEVELS
+
+
 def test_centres_without_their_decimals(written):
     spectrum, _ = read_pressure(written("12,100\n16,100\n20,100\n25,100\n31,100\n"))
     assert spectrum.band_number.tolist() == [11, 12, 13, 14, 15]
@@ -82,6 +93,22 @@ def test_break_points_of_one_input_in_many_forms(written, name):
     np.testing.assert_allclose(points.frequency, [20, 50, 800, 2000])
     np.testing.assert_allclose(points.psd, [0.026, 0.16, 0.16, 0.026], rtol=0.02)
     assert summary.startswith("4 break points 20 to 2000 Hz, 14.1 g rms, from t.csv")
+
+
+@pytest.mark.parametrize(
+    ("text", "frequency"),
+    [
+        ("1 Hz to 2 kHz", [1, 2000]),
+        ("1 kHz to 2000 Hz", [1000, 2000]),
+        ("1k-2k", [1000, 2000]),
+        ("1-2 kHz", [1000, 2000]),
+        ("1-2 Hz", [1, 2]),
+    ],
+)
+@pytest.mark.parametrize("unit", ["Hz", "kHz"])
+def test_each_end_of_a_range_has_its_own_unit(written, text, frequency, unit):
+    points, _ = read_acceleration(written(f"f ({unit}),psd\n{text},0.01\n"))
+    np.testing.assert_allclose(points.frequency, frequency)
 
 
 def test_steps_high_levels_and_low_frequencies_of_an_input(written):

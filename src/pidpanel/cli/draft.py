@@ -56,6 +56,11 @@ class Draft(SimpleNamespace):
             raise StudyError(f"{place}{error}") from None
 
     @property
+    def laminate(self) -> Mapping[str, Any]:
+        """Section of the deck's only PCOMP; empty where the options state the section."""
+        return self.deck.section if self.deck and self.section == "sandwich" else {}
+
+    @property
     def thickness(self) -> float:
         """Thickness of a solid or thin section [mm]."""
         return self.thickness_mm or (5.0 if self.section == "solid" else 25.0)
@@ -171,7 +176,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         **vars(draft),
         "draft": draft,
         "limits": _limits(draft, file),
-        "laminate": draft.deck.section if draft.deck and draft.section == "sandwich" else {},
+        "laminate": draft.laminate,
         "refine": 0,
         "mesh": _relative_path(str(draft.mesh), file) if draft.mesh else "",
         "title": draft.title or file.stem,

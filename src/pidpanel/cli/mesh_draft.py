@@ -9,7 +9,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pidpanel.constants import PLACING_CARDS
-from pidpanel.panel.flat_mesh import FlatMesh
+from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.nastran import IGNORED, READ, SYSTEMS, read_cards, read_nastran, real_number
 
@@ -22,6 +22,8 @@ MATERIALS = {
     "MAT1": {"E": 1, "G": 2, "nu": 3, "rho": 4},
     "MAT8": {"E": 1, "E2": 2, "nu": 3, "G": 4, "GL": 5, "GW": 6, "rho": 7},
 }
+
+LISTS = ("SPC", "SPC1", "PCOMP", "CONM2", *MATERIALS)  # all fields of which are read
 
 Cards = Sequence[tuple[str, list[str]]]
 
@@ -39,9 +41,13 @@ class MeshDraft(NamedTuple):
     @classmethod
     def of_file(cls, file: Path, unit: float | None, *, is_thin: bool) -> "MeshDraft":
         """Return the draft of a gmsh file or a Nastran deck."""
-        cards: Cards = []
+        cards: list[tuple[str, list[str]]] = []
         if file.suffix.lower() != ".msh":
-            cards = [(name, fields + 16 * [""]) for _, name, fields in read_cards(file, [])]
+            faults: list[str] = []
+            for _, name, fields in read_cards(file, faults, LISTS):
+                cards.append((name, fields + 16 * [""]))
+            if faults:
+                raise MeshFileError(faults)
         names = {name for name, _ in cards} - {*READ, *IGNORED, *SYSTEMS}
         ignored = sorted(name for name in names if not PLACING_CARDS.match(name))
 
@@ -61,6 +67,15 @@ class MeshDraft(NamedTuple):
         """Extent along x and y [m]."""
         x, y = np.ptp(self.mesh.position, axis=0).tolist()
         return x, y
+
+    @property
+    def text(self) -> str:
+        """What was understood, in words."""
+        sides, points = (len(self.supports.get(key, ())) for key in ("edges", "points"))
+        held = f"edges {self.supports['outline']}"
+        held += f" but {sides} sides" * (sides > 0) + f", {points} nodes held" * (points > 0)
+        a, b = self.size
+        return f"{a:.4g} x {b:.4g} m with a unit of {self.unit:g} m, {held}"
 
     def patch(self, x: float, y: float, edge: float) -> list[list[float]]:
         """Return the corners [m] of whole elements near a square, by shares of the extent."""
@@ -104,6 +119,8 @@ def _held_nodes(cards: Cards) -> Iterator[tuple[int, str]]:
             if "THRU" in map(str.upper, nodes):
                 nodes = list(map(str, range(int(nodes[0]), int(nodes[2]) + 1)))
             yield from ((int(node), fields[1]) for node in nodes)
+        elif name == "GRID" and "3" in fields[6]:
+            yield int(fields[0]), fields[6]
         elif name == "SPC":
             yield from ((int(fields[k]), fields[k + 1]) for k in (1, 4) if "3" in fields[k + 1])
 

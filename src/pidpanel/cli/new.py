@@ -56,6 +56,11 @@ def new(file: Path, force: bool, **options: Any) -> None:
     """
     from pidpanel.cli.draft import Draft, write
 
-    write(Draft(**options), file, force=force)
+    draft = Draft(**options)
+    write(draft, file, force=force)
     print(f"{file}: written")
+    if draft.deck is not None and not (draft.supports or draft.hold_downs):
+        print(
+            f"{draft.mesh}: {draft.deck.text}{'' if draft.laminate else ', section of the options'}"
+        )
     print_next(file, Path(), "check")

@@ -32,8 +32,8 @@ ADVICE = "state supports and masses in the study and list their cards in panel.m
 PLACED = "it places nodes or elements, so it cannot be ignored"
 # Place of the mass among the fields of a card
 MASS_FIELD = {"CONM1": 3, "CONM2": 3, "CMASS2": 1, "CMASS4": 1}
-# More than any card that is read or ignored has
-MOST_FIELDS = 64
+# More than any card that is read has; lists of nodes have more
+MOST_FIELDS, MOST_LISTED = 64, 1_000_000
 # A file with more mistakes is not read to its end
 COUNTED_FAULTS = 1000
 # Nastran may leave out the E of an exponent: 1.5-3 is 0.0015
@@ -150,8 +150,13 @@ def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -
     )
 
 
-def read_cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[str]]]:
-    """Yield line number, name and fields of each card; add the faults of other lines."""
+def read_cards(
+    path: Path, faults: list[str], lists: Collection[str] = ()
+) -> Iterator[tuple[int, str, list[str]]]:
+    """Yield line number, name and fields of each card; add the faults of other lines.
+
+    ``lists`` are further cards of which all fields are needed.
+    """
     pending: tuple[int, str, list[str]] | None = None
     data = read_mesh_file(path)
     if b"\0" in data:
@@ -174,13 +179,13 @@ def read_cards(path: Path, faults: list[str]) -> Iterator[tuple[int, str, list[s
         name = head.rstrip("*").strip().upper()
         is_continuation = name in ("", "+") or head.startswith(("+", "*"))
         card = pending[1] if pending is not None and is_continuation else name
-        if surplus and card in READ:
+        if surplus and (card in READ or card in lists):
             message = f"{card}: '{surplus}' follows the eighth field of a line"
             faults.append(f"{path}:{number}: {message}; allowed is a mark of continuation")
         if is_continuation:
             if pending is None:
                 faults.append(f"{path}:{number}: a continuation without a card")
-            elif len(pending[2]) <= MOST_FIELDS:
+            elif len(pending[2]) <= (MOST_LISTED if card in lists else MOST_FIELDS):
                 pending[2].extend(fields)
             elif pending[1] in READ:
                 faults.append(f"{path}:{number}: a card has more than {MOST_FIELDS} fields")
@@ -200,6 +205,9 @@ def _fields(text: str) -> tuple[str, list[str], str]:
         # fields 2 to 9; the tenth marks a continuation
         head, *fields = (field.strip() for field in text.split(","))
         width = 4 if "*" in head else 8
+        if re.fullmatch(r"[+*]([A-Za-z]\w*)?", fields[-1]):
+            fields.pop()  # a mark of continuation wherever the line ends
+        fields += [""] * (width - len(fields))  # what continues begins in the ninth field
         mark, *surplus = [*fields[width:], ""]
         if not re.fullmatch(r"([+*A-Za-z].*)?", mark):
             surplus = [mark, *surplus]

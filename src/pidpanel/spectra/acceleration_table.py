@@ -13,7 +13,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.columns import Allowed, ColumnsError, UserTable, numbers, read_rows
 from pidpanel.spectra.break_points import BreakPoints
-from pidpanel.tabular.cells import HERTZ, QUANTITY, RANGE, Label, value_of
+from pidpanel.tabular.cells import HERTZ, QUANTITY, Label, ends_of_range, value_of
 from pidpanel.tabular.rows import TableRows
 
 FREQUENCY, LEVEL, SLOPE = ("frequency_hz", "acceleration_psd_g2_hz", "slope_db_octave")
@@ -117,13 +117,13 @@ def _expanded(text: TableRows, columns: Sequence[str]) -> TableRows:
         words = QUANTITY.fullmatch(level)
         if words and PER_OCTAVE.factor(words[4]) and not slope:
             level, slope = "", words[1]
-        ends = RANGE.fullmatch(frequency)
+        ends = ends_of_range(frequency)
         if ends is None:
             parts = [([frequency, level, slope], "")]
         else:
             flat = "0" if level and not slope else slope
-            parts = [([f"{ends[1]}{ends[7]}", level, flat], "first")]
-            parts += [([f"{ends[4]}{ends[7]}", level if flat != slope else "", ""], "last")]
+            parts = [([ends[0], level, flat], "first")]
+            parts += [([ends[1], level if flat != slope else "", ""], "last")]
         for row, end in parts:
             is_joint = (
                 rows
@@ -134,7 +134,7 @@ def _expanded(text: TableRows, columns: Sequence[str]) -> TableRows:
                 row = [row[0], row[1] or level_before, row[2] or rows[-1][1][2]]
                 rows.pop()
             elif end == "first" and rows and rows[-1][2] == "last" and not is_joint:
-                gap = f"{rows[-1][1][0]} to {row[0]} Hz"
+                gap = f"{rows[-1][1][0]} to {row[0]}".removesuffix("Hz") + " Hz"
                 raise ColumnsError(
                     [f"{text.path}, line {line}: no row has {gap}; ranges must adjoin"]
                 )

@@ -296,9 +296,13 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
         ("gravity_g",): (coupon.gravity > 0, "above 0"),
         ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
+    steady = coupon.steady_acceleration_g
     for keys, (is_met, allowed) in conditions.items():
         if not is_met:
-            yield Mistake(keys, f"must be {allowed} for model: atlas{REMEDY}")
+            sum_g = ""
+            if steady is not None and keys in (("gravity_g",), ("gravity_direction",)):
+                sum_g = f" with steady_acceleration_g = {vector_text(steady)}"
+            yield Mistake(keys, f"must be {allowed}{sum_g} for model: atlas{REMEDY}")
     own = {"restitution": particles.impacts.value, "friction": particles.friction}
     for key, value in own.items():
         if getattr(coupon.walls, key) not in (None, value):

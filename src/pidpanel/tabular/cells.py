@@ -18,8 +18,8 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 QUANTITY = re.compile(rf"({NUMBER.pattern})\s*([A-Za-zµμ%(\[].*)")
 # Two frequencies, such as 20-80 Hz or 20 Hz to 80 Hz
 RANGE = re.compile(
-    rf"({NUMBER.pattern.removeprefix('[+-]?')})\s*(?:k?Hz)?\s*(?:-|–|to|bis|\.\.\.?|…)\s*"
-    rf"({NUMBER.pattern.removeprefix('[+-]?')})\s*(k?)(?:Hz)?",
+    rf"({NUMBER.pattern.removeprefix('[+-]?')})\s*(k?Hz|k)?\s*(?:-|–|to|bis|\.\.\.?|…)\s*"
+    rf"({NUMBER.pattern.removeprefix('[+-]?')})\s*(k?Hz|k)?",
     re.ASCII | re.IGNORECASE,
 )
 # The digits of a number, and those in groups of thousands
@@ -29,7 +29,7 @@ POWER_OF_TEN = re.compile(r"\s*[x×*·]\s*10\s*(?:\^|\*\*)?\s*\(?([+-]?\d+)\)?")
 SPACED = re.compile(r"(?<=\d)[\u00a0\u2009\u202f](?=\d{3}(?!\d))")  # blanks in thousands
 DECIBELS = re.compile(
     r"(?i)dB ?(SPL|\(?(Z|lin(ear)?)\)?)?,?[ (]*((re\.?|ref\.?|rel\. to)[ :]*"
-    r"(20 ?[uµμ]Pa|(2e-0?5|0?\.00002|20e-0?6) ?Pa))?\)?"
+    r"(20 ?[uµμ]Pa|(2 ?(e|[x×*·] ?10\^?)-0?5|0?\.00002|20e-0?6) ?Pa))?\)?"
 )
 PER_OCTAVE = re.compile(r"(?i)dB ?(/|per) ?o[ck]t(ave)?s?\.?")
 # What is no value of a column, whatever its unit
@@ -103,6 +103,21 @@ def _with_point(digits: str, marks: str) -> str:
     if re.fullmatch(rf"(\d{{1,3}}({group}\d{{3}})+|\d*)({decimal}\d*)?", digits):
         return digits.replace(marks[0], "").replace(marks[1], ".")
     return digits
+
+
+def ends_of_range(cell: str) -> tuple[str, str] | None:
+    """Return the two frequencies of a range; the unit of the last is that of both by default.
+
+    >>> ends_of_range("20-80 Hz"), ends_of_range("20 Hz to 2 kHz"), ends_of_range("1-2 kHz")
+    (('20Hz', '80Hz'), ('20Hz', '2kHz'), ('1kHz', '2kHz'))
+    """
+    match = RANGE.fullmatch(cell)
+    if match is None:
+        return None
+    units = [
+        {"h": "Hz", "k": "kHz"}.get((unit or "")[:1].lower(), "") for unit in match.group(4, 8)
+    ]
+    return match[1] + (units[0] or units[1]), match[5] + units[1]
 
 
 def value_of(cell: str, label: Label, factor: float = 1.0) -> float:

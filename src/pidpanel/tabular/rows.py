@@ -69,7 +69,8 @@ def rows_of(
     rows = [row for row in rows if any(cell.strip("-=:") for cell in row[1])]
     if not rows:
         raise TextFileError("empty; the first line must name the columns")
-    is_comma = has_decimal_comma([row for row in rows if BEGINNING.match(_first(row))])
+    has_numbers = [BEGINNING.match(text) or OVERALL.match(text) for text in map(_first, rows)]
+    is_comma = has_decimal_comma([row for row, has in zip(rows, has_numbers, strict=True) if has])
     rows = [(line, [plain(cell, is_comma=is_comma) for cell in cells]) for line, cells in rows]
     remarks = [f"columns between {SEPARATORS[separator]}"] * (separator != ",")
     remarks += ["decimal comma"] * is_comma
