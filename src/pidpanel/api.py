@@ -274,13 +274,13 @@ class Model:
         return psd
 
     def summary(self) -> pd.DataFrame:
-        """Return ``response/summary.csv``, with margin and verdict where a point has a rms limit.
+        """Return ``response/summary.csv``, with ``rms_verdict`` where a point has a rms limit.
 
-        They are those of ``severity/margins.csv`` under sound.
+        It and the margins are those of ``severity/margins.csv`` under sound, without PSD limits.
         """
         table = read_csv(self._stages.files("response").summary, dtype={"point": str})
         rows = rms_margins(self._with_panel(), table)
-        columns = {"limit": "limit_rms_g", **{name: name for name in JUDGED}}
+        columns = {"limit": "limit_rms_g", **{name: f"rms_{name}" for name in JUDGED}}
         judged = rows[[*PLACE, *columns]].rename(columns=columns)
         return table.merge(judged, "left", list(PLACE)) if len(judged) else table
 
