@@ -65,6 +65,14 @@ def test_the_response_has_its_rms_values_with_units(model):
     assert float(one["reduction"]) == summary.loc[("PID-1_r0.8_150dB", "centre"), "reduction_db"]
 
 
+def test_a_summary_judges_the_rms_values_by_their_limits(model):
+    loudest = model.summary()["acceleration_rms_g"].max()
+    judged = model.changed({"limits": {"centre": {"rms_g": 2 * loudest}}}).summary()
+    rows = judged[judged["point"] == "centre"]
+    assert set(rows["rms_verdict"]) == {"met"}
+    assert (rows["rms_margin_db"] >= 20 * np.log10(2) - 1e-9).all()
+
+
 # ------------------------------------------------------------------ stress, base motion, layouts
 
 
