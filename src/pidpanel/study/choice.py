@@ -66,7 +66,8 @@ def _form_of(value: Any) -> str:
         return "mapping"
     if isinstance(value, list | tuple):
         return "nested list" if value and isinstance(value[0], list | tuple) else "list"
-    return "text" if isinstance(value, str) and not NUMBER.fullmatch(value) else "number"
+    is_number = not isinstance(value, str | Path) or bool(NUMBER.fullmatch(str(value)))
+    return "number" if is_number else "text"
 
 
 def _alternative(option: Any) -> tuple[tuple[str, ...], str]:
