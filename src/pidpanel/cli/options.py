@@ -108,4 +108,5 @@ def print_next(file: Path, directory: Path, *commands: str) -> None:
     place = [] if directory == Path() else ["-d", str(directory)]
     words = [command.split() for command in commands]
     calls = [shlex.join(["pidpanel", name, str(file), *more, *place]) for name, *more in words]
+    sys.stdout.flush()  # what comes next is the last line where both go to one file
     print(f"next: {' or '.join(calls)}", file=sys.stderr)
