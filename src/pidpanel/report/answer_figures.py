@@ -190,16 +190,18 @@ def mass_figure(
         if np.isfinite(response.dead_weight):
             axes.plot(mass, response.dead_weight, ms=4.5, mfc="white", **look)
             drawn.append((mass, response.dead_weight))
-        names.append(axes.annotate(
-            candidate.scenario.name, (mass, response.reduction), (6, 3), fontsize=7.5, **_NAME
-        ))  # fmt: skip
+        fill = candidate.scenario.fill_fraction
+        # colours tell dampers apart
+        name = group if np.isnan(fill) else f"{candidate.scenario.patch}, r = {fill:g}"
+        look = {"fontsize": 7.5, "color": colours[group], **_NAME}
+        names.append(axes.annotate(name, (mass, response.reduction), (6, 3), **look))
     if any(np.isfinite(response.dead_weight) for response in responses):
         look = {"color": "#555555", "marker": "o", "mfc": "white", "ls": ""}
         handles["same mass, no damping"] = Line2D([], [], **look)
     if any(np.isfinite(response.reduction_error) for response in responses):
         handles["± one standard error"] = Line2D([], [], color="#555555", marker="|", ms=8, ls="")
     axes.axhline(0.0, color="black", lw=0.8)
-    axes.set_xlim(left=0.0, right=1.18 * max(candidate.mass for candidate in with_mass))
+    axes.set_xlim(left=0.0, right=1.28 * max(candidate.mass for candidate in with_mass))
     axes.set(xlabel="mass of the dampers, kg", ylabel=f"reduction at point {answer.worst}, dB")
     add_legend(figure, 3, handles)
     separate(figure, names, drawn)

@@ -171,7 +171,7 @@ def separate(figure: Figure, names: Sequence[Annotation], points: ArrayLike = ()
     marked = figure.axes[0].transData.transform(np.reshape(points, (-1, 2)))
     radius, frame = MARKER_RADIUS * point, figure.axes[0].bbox
     placed = np.hstack([marked - radius, marked + radius])  # (n, 4): left, bottom, right, top
-    steps = np.array([(across, up) for across in range(-4, 5) for up in range(-6, 7)])
+    steps = np.array([(across, up) for across in range(-2, 3) for up in range(-4, 5)])
     for name in names:
         first = name.get_window_extent()
         shifts = 0.51 * steps * first.size
