@@ -1,6 +1,7 @@
 """`pidpanel new`: what a study takes from files: a Nastran deck, limits."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -142,6 +143,13 @@ def test_fields_behind_the_eighth_of_a_constraint_are_refused(tmp_path, monkeypa
     assert main(["new", "mine.yaml", "--mesh", "deck.bdf"]) == 2
     said = capsys.readouterr().err
     assert f"SPC1: '{node(NX, 0)}'" in said and said.count("\n") == 1
+
+
+def test_a_size_beside_a_mesh_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine.yaml", "--mesh", "deck.bdf", "--size", "3x3"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "--size" in line and "deck.bdf" in line and not Path("mine.yaml").exists()
 
 
 def test_a_short_line_of_a_laminate_is_continued_at_its_ninth_field(drafted):

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force, print_next
 
@@ -55,7 +56,11 @@ def new(file: Path, force: bool, **options: Any) -> None:
     assumptions.
     """
     from pidpanel.cli.draft import Draft, write
+    from pidpanel.study import StudyError
 
+    source = click.get_current_context().get_parameter_source("size")
+    if options["mesh"] is not None and source is ParameterSource.COMMANDLINE:
+        raise StudyError(f"--size: not allowed with --mesh, the size is that of {options['mesh']}")
     draft = Draft(**options)
     write(draft, file, force=force)
     print(f"{file}: written")
