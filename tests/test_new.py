@@ -163,6 +163,13 @@ def test_point_masses_are_those_of_the_deck_in_kg(drafted):
     assert [(m.grid, m.mass_kg) for m in panel.masses.values()] == [(node(2, 2), 0.25)]
 
 
+def test_masses_of_a_deck_whose_section_is_not_read_are_named(drafted, capsys):
+    mass = f"CONM2,900,{node(NX // 2, NY // 2)},,5.-4"
+    assert drafted(deck([mass])).masses and "masses" not in capsys.readouterr().out
+    assert not drafted(deck([mass, "PCOMP,8", ",1,1.,0.,YES"])).masses
+    assert "masses" in capsys.readouterr().out
+
+
 def test_elements_of_a_coarse_deck_are_divided_until_a_run_can_use_them(drafted, capsys):
     drafted(deck())
     assert main(["check", "mine.yaml"]) == 0

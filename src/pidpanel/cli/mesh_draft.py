@@ -74,6 +74,7 @@ class MeshDraft(NamedTuple):
         sides, points = (len(self.supports.get(key, ())) for key in ("edges", "points"))
         held = f"edges {self.supports['outline']}"
         held += f" but {sides} sides" * (sides > 0) + f", {points} nodes held" * (points > 0)
+        held += ", point masses left out" * ("CONM2" in self.ignored and not self.masses)
         a, b = self.size
         return f"{a:.4g} x {b:.4g} m with a unit of {self.unit:g} m, {held}"
 

@@ -65,7 +65,6 @@ def new(file: Path, force: bool, **options: Any) -> None:
     write(draft, file, force=force)
     print(f"{file}: written")
     if draft.deck is not None and not (draft.supports or draft.hold_downs):
-        print(
-            f"{draft.mesh}: {draft.deck.text}{'' if draft.laminate else ', section of the options'}"
-        )
+        section = "" if draft.laminate else ", section of the options"
+        print(f"{draft.mesh}: {draft.deck.text}{section}")
     print_next(file, Path(), "check")

@@ -85,7 +85,8 @@ class BaseMotion(SectionModel):
     notching: Notching | None = None
     """Limits that lower the random motion; those of ``limits`` judge and lower nothing."""
     steady_acceleration_g: Acceleration | None = None
-    """Steady acceleration as in the section ``sound`` [g]; under both that of ``sound`` counts."""
+    """Steady acceleration as in the section ``sound`` [g]; if both have one, that of ``sound``
+    counts."""
     removed_keys: ClassVar[Mapping[str, str]] = {"limits": "is called notching, with the same keys"}
     needed: ClassVar = ("random", "sine")
 

@@ -273,8 +273,8 @@ def mistakes_of_steady_acceleration(study: Study) -> Iterator[Mistake]:
                 yield Mistake(keys, message)
             elif bed.is_of_atlas and (direction_of(bed) is None or not bed.gravity):
                 total = vector_text(bed.apparent_gravity_g)
-                message = "must with gravity be along or across the motion for model: atlas of "
-                yield Mistake(keys, f"{message}{filler}, not {total} g{REMEDY}")
+                message = f"the sum with gravity of {filler}, {total} g, must be along or across "
+                yield Mistake(keys, f"{message}the motion for model: atlas{REMEDY}")
 
 
 def mistakes_of_fill(keys: Keys, fill: float) -> Iterator[Mistake]:
