@@ -23,7 +23,6 @@ from pidpanel.base.sine import (
 )
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv
@@ -59,6 +58,7 @@ from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
+from pidpanel.structure.from_study import studied
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 
@@ -226,7 +226,7 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
         study.panel.modal_damping,
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
-    panel = StudiedPanel(study.panel)
+    panel = studied(study.panel)
     near = panel.point_refinement_error(study.response.frequency_hz[1])
     mesh_terms = panel.section.mass_per_area, panel.wave_shift, near
     return {

@@ -23,7 +23,6 @@ from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.from_study import damper_model, with_mass_of
 from pidpanel.damping.models import FilledDamper
 from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
@@ -34,6 +33,7 @@ from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
+from pidpanel.structure.from_study import studied
 from pidpanel.study import Scenario, Study, StudyError
 from pidpanel.study.dampers import COUPLED, BedDamper
 
@@ -131,7 +131,7 @@ def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
     )
     basis, plate = read_basis(files.modes), read_plate(files.plate)
     if motion is not None:
-        mass = StudiedPanel(study.panel).section.mass_per_area * basis.quadrature_weight.sum()
+        mass = studied(study.panel).section.mass_per_area * basis.quadrature_weight.sum()
         none = np.zeros((len(plate.shapes), 0))
         supported = supported_panel(basis, plate, none, span[1], float(mass))
         moving = with_translation(supported.basis, supported.inertia)

@@ -13,12 +13,13 @@ import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 
-from pidpanel.arrays import described_variables, variable
+from pidpanel.arrays import Array, described_variables, variable
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.provenance.results import read_netcdf
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
+OPTIONAL = {"quadrature_normal"}  # of curved surfaces
 # In single precision: errors of 6e-8 of each value are 1e-9 of an integral over the panel.
 SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
 # Only for viewing: 16 bits, scaled to the largest value of each shape
@@ -37,6 +38,8 @@ def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) ->
     variables = {}
     for name, (dimensions, unit, long_name) in VARIABLES.items():
         value = getattr(basis, name)
+        if value is None:
+            continue
         if isinstance(value, tuple):
             value = np.array(value, dtype=object)
         if name in SINGLE:
@@ -59,9 +62,10 @@ def read_basis(path: Path) -> PanelBasis:
     ResultsDamaged
         If the file lacks a variable or cannot be read.
     """
-    dataset = read_netcdf(path, [*VARIABLES, *(f"{name}_step" for name in PACKED)])
+    required = VARIABLES.keys() - OPTIONAL
+    dataset = read_netcdf(path, [*required, *(f"{name}_step" for name in PACKED)])
     values: dict[str, Any] = {}
-    for name in VARIABLES:
+    for name in [name for name in VARIABLES if name in dataset]:
         value = dataset[name].to_numpy()
         if name.endswith("_names"):
             values[name] = tuple(str(entry) for entry in value)
@@ -83,9 +87,14 @@ def write_shapes(path: Path, basis: PanelBasis) -> None:
     for i, frequency in enumerate(basis.natural_frequency):
         kind = "residual" if basis.is_residual[i] else "mode"
         shapes[f"{kind}_{i + 1:03d}_{frequency:.2f}_hz"] = basis.shape_at_vertices[:, i]
-    position = np.pad(basis.vertex_position, ((0, 0), (0, 1)))
+    position = in_space(basis.vertex_position)
     kind = {4: "quad", 3: "triangle"}[basis.cells.shape[1]]
     meshio.Mesh(position, [(kind, basis.cells)], point_data=shapes).write(path)
+
+
+def in_space(position: Array) -> Array:
+    """Return positions (n, 3), with z = 0 of those in a plane."""
+    return np.pad(position, ((0, 0), (0, 3 - position.shape[1])))
 
 
 def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -> None:
@@ -109,6 +118,8 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
             variables |= _as_variables(f"{kind}_{k}", matrix)
     for name in ("at_vertices", "at_points", "point_weight", "at_quadrature"):
         variables |= _as_variables(name, getattr(plate, name))
+    if plate.quadrature_normal is not None:
+        variables["quadrature_normal"] = variable("quadrature axis", plate.quadrature_normal, "1")
     if plate.stretching is not None:
         axes, name = "mode mode_2 mode_3 mode_4", "membrane energy of the lowest modes"
         variables["stretching"] = variable(axes, plate.stretching.tensor, "N m-3", name)
@@ -154,6 +165,7 @@ def read_plate(path: Path) -> StoredPlate:
         quadrature_weight=array("quadrature_weight"),
         at_quadrature=matrix("at_quadrature"),
         inertia=array("inertia"),
+        quadrature_normal=array("quadrature_normal") if "quadrature_normal" in data else None,
         shapes=array("shapes", np.float32),
         stretching=Stretching(array("stretched_mode", np.int64), array("stretching"))
         if "stretching" in data

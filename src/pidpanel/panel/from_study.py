@@ -366,11 +366,13 @@ class StudiedPanel:
         return self.foreign.at_node(grid)
 
 
-def write_panel(study: Study, output: Files) -> None:
+def write_panel(study: Study, section: Panel, output: Files) -> None:
     """Mesh the panel of a study, find its modes, and write the files of the stage.
 
     Parameters
     ----------
+    section
+        The section ``panel`` of the study.
     output
         modes, table, shapes, mesh, section and plate.
 
@@ -383,12 +385,12 @@ def write_panel(study: Study, output: Files) -> None:
     from pidpanel.panel import tables
     from pidpanel.panel.files import write_basis, write_plate, write_shapes
 
-    panel, (lowest, highest) = StudiedPanel(study.panel), study.response.frequency_hz
+    panel, (lowest, highest) = StudiedPanel(section), study.response.frequency_hz
     mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, study.damper_masses(with_rows=True)))
     plate = panel.plate(mesh)
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=study.damper_masses())
     basis = basis_of(mesh, plate, shapes)
-    held = panel.supports if study.panel.in_plane_edges == "held" else None
+    held = panel.supports if section.in_plane_edges == "held" else None
     stretching = panel_stretching(mesh, plate, shapes, lowest, held)
     write_plate(output.plate, plate.with_shapes(shapes.vectors, stretching), stamp(study))
     wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
@@ -396,5 +398,5 @@ def write_panel(study: Study, output: Files) -> None:
     write_shapes(output.shapes, basis)
     modes = tables.mode_table(basis, panel.navier_size, panel.section)
     modes.to_csv(output.table, index=False, float_format="%.8g")
-    section = tables.section_table(panel.section, float(basis.quadrature_weight.sum()))
-    section.to_csv(output.section, index=False, float_format="%.8g")
+    masses = tables.section_table(panel.section, float(basis.quadrature_weight.sum()))
+    masses.to_csv(output.section, index=False, float_format="%.8g")

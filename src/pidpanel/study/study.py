@@ -27,12 +27,12 @@ from pidpanel.study.dampers import (
 from pidpanel.study.damping import Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
-from pidpanel.study.panel import Panel
 from pidpanel.study.response import Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
+from pidpanel.study.structure import PanelOrStructure, with_structure
 from pidpanel.study.surroundings import opposite, setting
 
 
@@ -50,8 +50,8 @@ class Study(CouponStudy):
     that is in no scenario is not simulated."""
     damping: Damping = Damping()
     """The motion at which damping is evaluated, and settings of coupled runs."""
-    panel: Panel
-    """The panel."""
+    panel: PanelOrStructure
+    """The panel; in its place ``structure``, a structure of any shape."""
     base: BaseMotion | None = None
     """Motion of the supports on a shaker, computed in addition to sound or without it."""
     sound: Annotated[Sound | None, BeforeValidator(sound_or_base)] = Field(
@@ -77,6 +77,7 @@ class Study(CouponStudy):
     @classmethod
     def _complete_dampers(cls, values: Any) -> Any:
         """Give dampers what they have in common with others, the cells of a core, and a model."""
+        values = with_structure(values)
         dampers = values.get("dampers") if isinstance(values, Mapping) else None
         if not isinstance(dampers, Mapping):
             return values

@@ -1,0 +1,318 @@
+"""The structure of a study, or its panel: the one place in `structure` that reads the study."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.modal_files import ModalModel, read_modes
+from pidpanel.panel.attachments import Attachment
+from pidpanel.panel.basis import PanelBasis, basis_of, face_wavenumber, with_condensed_face
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.from_study import write_panel as write_flat_panel
+from pidpanel.panel.matrices import PlateMatrices
+from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
+from pidpanel.panel.supports import Supports
+from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.files import Files
+from pidpanel.structure.modal_plate import modal_plate, modal_shapes
+from pidpanel.structure.surface import Surface, plane_axes
+from pidpanel.study import Study
+from pidpanel.study.panel import Panel
+from pidpanel.study.structure import Structure, SurfaceArea, SurfacePoint
+
+
+def oriented(position, cells, outward):  # TEMP
+    return cells
+
+
+FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat
+NEAR = 0.02  # largest distance of a point from the surface over its size
+# Largest modal mass of a structure over its mass, with max |w| = 1: less or more is another unit.
+MODAL_SHARE = (0.01, 1.1)
+
+
+class StructureRefused(ValueError):
+    """What of a structure cannot be computed, with the way to its key."""
+
+    def __init__(self, keys: tuple[str, ...], message: str) -> None:
+        super().__init__(message)
+        self.keys = keys
+
+
+class Extent(NamedTuple):
+    """Area of a surface [m²]."""
+
+    area: float
+
+
+class SurfaceSection(NamedTuple):
+    """Mass per area [kg/m²] of a structure, the mean."""
+
+    mass_per_area: float
+
+
+@dataclass(frozen=True)
+class StudiedStructure:
+    """A structure with the modes of another solver; it serves as a `StudiedPanel`."""
+
+    structure: Structure
+
+    supports = Supports(outline="free")
+    foreign = None
+
+    @cached_property
+    def model(self) -> ModalModel:
+        """Nodes, elements and modes of the files."""
+        modes = self.structure.modes
+        try:
+            return read_modes(
+                modes.file, modes.mesh, modes.unit_m, unit_kg=modes.unit_kg,
+                normalised=modes.normalised or "", static=modes.static,
+            )  # fmt: skip
+        except ValueError as error:
+            raise StructureRefused(("modes", "file"), str(error)) from error
+
+    @cached_property
+    def _cells(self) -> tuple[Index, Index]:
+        """Triangles of the loaded surface (n_cells, 3), and the element of each in the file."""
+        cells, chosen = self.model.cells, np.arange(len(self.model.cells))
+        if names := self.structure.surface:
+            chosen = np.unique(np.concatenate([self._group(name, ("surface",)) for name in names]))
+        triangles, element = triangles_of(cells[chosen])
+        return triangles, chosen[element]
+
+    def _group(self, name: str, keys: tuple[str, ...]) -> Index:
+        groups = self.model.groups
+        if name not in groups:
+            known = ", ".join(sorted(groups)[:20]) or "none"
+            raise StructureRefused(keys, f"no group {name}; the file has {known}")
+        return groups[name]
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The loaded surface, its vertices those of its triangles."""
+        position = self.model.position
+        outward = self.structure.outward
+        try:
+            cells = oriented(position, self._cells[0], outward and np.array(outward))
+        except ValueError as error:
+            raise StructureRefused(("outward",), str(error)) from error
+        used, number = np.unique(cells, return_inverse=True)
+        return Surface(position[used], number.reshape(cells.shape))
+
+    @cached_property
+    def _nodes(self) -> Index:
+        """(n_vertices,) nodes of the file that are vertices of the surface."""
+        return np.unique(self._cells[0])
+
+    @cached_property
+    def plane(self) -> tuple[Array, Array] | None:
+        """Origin (3,) and axes (3, 2) of the plane of a flat surface; None of a curved one."""
+        surface = self.surface
+        normal = surface.cell_normal[0]
+        offset = (surface.vertices - surface.vertices[0]) @ normal
+        if np.ptp(offset) > FLAT * surface.size or (surface.cell_normal @ normal).min() < 0:
+            return None
+        axes = plane_axes(normal)
+        low = (surface.vertices @ axes).min(axis=0)
+        return axes @ low + normal * (surface.vertices[0] @ normal), axes
+
+    def _placed(self, position: Array) -> Array:
+        """Return positions in the plane of a flat surface, or as they are."""
+        if self.plane is None:
+            return position
+        origin, axes = self.plane
+        return np.asarray((position - origin) @ axes)
+
+    @cached_property
+    def patches(self) -> dict[str, Index]:
+        """Cells of the patches, by name."""
+        patches = {}
+        for name, area in self.structure.patches.items():
+            cells = np.flatnonzero(self._is_in(area, name))
+            if not cells.size:
+                message = "no element of the surface has its middle there"
+                raise StructureRefused(("patches", name), message)
+            patches[name] = cells
+        return patches
+
+    def _is_in(self, area: SurfaceArea, name: str) -> Flags:
+        surface = self.surface
+        if area.group is not None:
+            return np.isin(self._cells[1], self._group(area.group, ("patches", name, "group")))
+        if area.radius_m is not None:
+            return surface.in_sphere(np.array(area.centre_m), area.radius_m)
+        if area.radii_m is not None:
+            return surface.in_ring(np.array(area.centre_m), np.array(area.along), *area.radii_m)
+        if area.corners_m is not None:
+            return surface.in_polygon(np.array(area.corners_m), np.array(area.along))
+        return surface.in_box(np.array(area.from_m), np.array(area.to_m))
+
+    def _vertex(self, point: SurfacePoint, name: str) -> int:
+        if point.node is None:
+            vertex, distance = self.surface.nearest(np.array(point.at_m))
+            if distance > NEAR * self.surface.size:
+                place = self.surface.vertices[vertex].round(4).tolist()
+                message = f"{distance:.3g} m off the surface; the nearest node is at {place} m"
+                raise StructureRefused(("points", name, "at_m"), message)
+            return vertex
+        match = np.flatnonzero(self.model.node_number[self._nodes] == point.node)
+        if not match.size:
+            raise StructureRefused(("points", name, "node"), "no node of the loaded surface")
+        return int(match[0])
+
+    @cached_property
+    def points(self) -> dict[str, int]:
+        """Vertices of the response points, by name."""
+        return {name: self._vertex(point, name) for name, point in self.structure.points.items()}
+
+    @cached_property
+    def _at_points(self) -> Array:
+        """(n_points, n) motion of the points in their directions."""
+        displacement = self.model.displacement[self._nodes]
+        rows = []
+        for point, vertex in zip(self.structure.points.values(), self.points.values(), strict=True):
+            along = self.surface.vertex_normal[vertex]
+            if point.direction is not None:
+                along = np.array(point.direction) / np.linalg.norm(point.direction)
+            rows.append(along @ displacement[vertex])
+        return np.array(rows)
+
+    def mesh(self, path: Path) -> PanelMesh:
+        """Write the surface to a ``.msh`` file, and return it with patches and points."""
+        check_names(self.structure.patches, self.structure.points)
+        vertices = self._placed(self.surface.vertices)
+        points = {name: tuple(vertices[vertex].tolist()) for name, vertex in self.points.items()}
+        mesh = PanelMesh(vertices, self.surface.cells, "triangles", self.patches, points)
+        write_triangles(path, mesh)
+        return mesh
+
+    def plate(self) -> PlateMatrices:
+        """Return the matrices of the modes."""
+        model = self.model
+        plate = modal_plate(
+            self.surface, model.displacement[self._nodes], model.frequency, model.modal_mass,
+            self.patches, self._at_points,
+        )  # fmt: skip
+        if self.plane is None:
+            return plate
+        position = self._placed(plate.quadrature_position)
+        return replace(plate, quadrature_position=position, quadrature_normal=None)
+
+    def basis(self, mesh: PanelMesh) -> tuple[PanelBasis, PlateMatrices, Array]:
+        """Return the basis, the matrices and the shapes (n, n) of the modes."""
+        plate, frequency = self.plate(), self.model.frequency
+        shapes = modal_shapes(plate, frequency, np.zeros(len(frequency), bool))
+        basis = basis_of(mesh, plate, shapes)
+        self._check_mass(basis)
+        return basis, plate, shapes.vectors
+
+    def _check_mass(self, basis: PanelBasis) -> None:
+        mass, (low, high) = self.structure.mass_kg, MODAL_SHARE
+        largest = float(basis.modal_mass[basis.natural_frequency > 0].max(initial=0.0))
+        if not low * mass <= largest <= high * mass:
+            message = f"the largest modal mass is {largest:.3g} kg where the largest motion is 1; "
+            message += f"{low * mass:.3g} to {high * mass:.3g} are allowed. Is the unit of mass kg?"
+            raise StructureRefused(("mass_kg",), message)
+
+    def check(self, _frequency: float, _damper_mass: object = None) -> None:
+        """Refuse what cannot be computed (`StructureRefused`)."""
+        try:
+            check_names(self.structure.patches, self.structure.points)
+        except ValueError as error:
+            raise StructureRefused(("points",), str(error)) from error
+        _ = self.patches, self.points
+        with tempfile.TemporaryDirectory() as folder:
+            self.basis(self.mesh(Path(folder) / "mesh.msh"))
+
+    @property
+    def section(self) -> SurfaceSection:
+        """Mass per area."""
+        return SurfaceSection(self.structure.mass_kg / self.area.area)
+
+    @property
+    def area(self) -> Extent:
+        """Area of the loaded surface."""
+        return Extent(float(self.surface.area.sum()))
+
+    @property
+    def attachments(self) -> dict[str, Attachment]:
+        """None: masses and springs are in the modes."""
+        return {}
+
+    @property
+    def remarks(self) -> list[str]:
+        """What of the files is not used or unusual."""
+        count = len(self.model.frequency)
+        return [f"{count} modes to {self.model.frequency[-1]:.4g} Hz, {self.model.source}"]
+
+    def wave_shift(self, *_: float, strain: object = None) -> float:
+        """Return 0: what the mesh of another solver does to its modes is not known."""
+        return 0.0
+
+    def point_refinement_error(self, _highest: float) -> float:
+        """Return 0, likewise."""
+        return 0.0
+
+
+AnyPanel = StudiedPanel | StudiedStructure
+
+
+def studied(section: Panel | Structure) -> AnyPanel:
+    """Return the panel or the structure of a study."""
+    return StudiedStructure(section) if isinstance(section, Structure) else StudiedPanel(section)
+
+
+def triangles_of(cells: Index) -> tuple[Index, Index]:
+    """Return triangles (n, 3) of cells (m, 4) whose fourth corner repeats the third in triangles.
+
+    The second array (n,) has the cell of each triangle.
+
+    Examples
+    --------
+    >>> triangles, cell = triangles_of(np.array([[0, 1, 2, 2], [1, 3, 4, 2]]))
+    >>> triangles.tolist(), cell.tolist()
+    ([[0, 1, 2], [1, 3, 4], [1, 4, 2]], [0, 1, 1])
+    """
+    is_quad = cells[:, 3] != cells[:, 2]
+    parts = [cells[:, :3], cells[is_quad][:, [0, 2, 3]]]
+    cell = np.concatenate([np.arange(len(cells)), np.flatnonzero(is_quad)])
+    order = np.argsort(cell, kind="stable")
+    return np.concatenate(parts)[order], cell[order]
+
+
+def write_panel(study: Study, output: Files) -> None:
+    """Write the files of the panel stage: modes, table, shapes, mesh, section and plate.
+
+    Raises
+    ------
+    ValueError
+        If the panel or the structure is refused.
+    """
+    if isinstance(study.panel, Panel):
+        write_flat_panel(study, study.panel, output)
+        return
+    # a check needs neither pandas nor xarray
+    from pidpanel.panel import tables
+    from pidpanel.panel.files import write_basis, write_plate, write_shapes
+
+    structure = StudiedStructure(study.panel)
+    mesh = structure.mesh(output.mesh)
+    basis, plate, vectors = structure.basis(mesh)
+    write_plate(output.plate, plate.with_shapes(vectors), stamp(study))
+    highest = study.response.frequency_hz[1]
+    wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
+    write_basis(output.modes, with_condensed_face(basis, wavenumber), stamp(study))
+    write_shapes(output.shapes, basis)
+    modes = tables.mode_table(basis, None, None)
+    modes.to_csv(output.table, index=False, float_format="%.8g")
+    area = structure.area.area
+    section = tables.section_table(structure.section.mass_per_area, area)
+    section.to_csv(output.section, index=False, float_format="%.8g")
