@@ -28,6 +28,7 @@ ALLOWED = {
     "study": {"geometry", "spectra"},
     "coupon": SHARED,
     "damping": SHARED,
+    "modal_files": {"panel"},
     "panel": SHARED,
     "sound": SHARED,
     "solve": {"geometry", "panel", "spectra"},

@@ -264,15 +264,21 @@ class SandwichSection:
         return faces + self.core.density * self.core.thickness + self.extra_mass_per_area
 
     @property
-    def rotary_inertia(self) -> float:
-        """Second moment of the density of faces and core about their centre of mass [kg]."""
+    def density_moments(self) -> tuple[float, float, float]:
+        """Moments ∫ρ zᵏ dz of order 0, 1, 2 of faces and core about the middle of the core."""
         half = self.core.thickness / 2
         parts = [(self.core.density, half, -half)]
         parts += [(p.material.density, outer, inner) for _, p, outer, inner in self._placed]
-        # moments of density of order 0, 1, 2; a part's surfaces may come in either order
+        # a part's surfaces may come in either order
         zeroth, first, second = (
             sum(d * (max(u, v) ** k - min(u, v) ** k) / k for d, u, v in parts) for k in (1, 2, 3)
         )
+        return zeroth, first, second
+
+    @property
+    def rotary_inertia(self) -> float:
+        """Second moment of the density of faces and core about their centre of mass [kg]."""
+        zeroth, first, second = self.density_moments
         return second - first**2 / zeroth
 
     @cached_property

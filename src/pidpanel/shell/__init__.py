@@ -1,0 +1,1 @@
+"""Shells: curved, kinked and stiffened structures as the matrices of a plate."""

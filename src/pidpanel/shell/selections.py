@@ -1,0 +1,72 @@
+"""Parts of space that select elements, nodes and edges of a shell."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pidpanel.arrays import Array, Flags
+
+Place = tuple[float, float, float]
+
+
+class Selection(Protocol):
+    """A part of space; ``str()`` is for messages."""
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) [m] lie within, or nearer than ``slack`` [m]."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box along the axes, by its lowest and highest corner [m]."""
+
+    low: Place
+    high: Place
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) lie between both corners."""
+        low, high = np.array(self.low) - slack, np.array(self.high) + slack
+        return np.asarray(((position >= low) & (position <= high)).all(axis=-1))
+
+    def __str__(self) -> str:
+        """Return the box as its corners in metres."""
+        return f"box {self.low} to {self.high} m"
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball by its centre and radius [m]."""
+
+    centre: Place
+    radius: float
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) are no farther from the centre than the radius."""
+        distance = np.linalg.norm(position - np.array(self.centre), axis=-1)
+        return np.asarray(distance <= self.radius + slack)
+
+    def __str__(self) -> str:
+        """Return centre and radius in metres."""
+        return f"sphere of {self.radius:g} m about {self.centre}"
+
+
+@dataclass(frozen=True)
+class Ring:
+    """What lies between two radii from an axis [m], at any height along it."""
+
+    inner: float
+    outer: float
+    centre: Place = (0.0, 0.0, 0.0)
+    axis: Place = (0.0, 0.0, 1.0)
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) have such a distance from the axis."""
+        arm = position - np.array(self.centre)
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        radius = np.linalg.norm(arm - (arm @ axis)[..., None] * axis, axis=-1)
+        return np.asarray((radius >= self.inner - slack) & (radius <= self.outer + slack))
+
+    def __str__(self) -> str:
+        """Return both radii in metres."""
+        return f"ring of {self.inner:g} to {self.outer:g} m about {self.centre}"
