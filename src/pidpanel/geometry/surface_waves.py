@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,14 @@ class SurfaceQuadrature:
     normal: Array  # (nq, 3) unit vectors, all on one side
     weight: Array  # (nq,) weights [m²]; they sum to the area
     shape: Array  # (nq, n) displacement of the n shapes along the normal [1]
+
+    @classmethod
+    def from_face(cls, face: MovedFace) -> "SurfaceQuadrature":
+        """Return the quadrature of a curved face."""
+        if face.quadrature_normal is None:
+            raise ValueError("a plane face has no normals")
+        points, weights = face.quadrature_position, face.quadrature_weight
+        return cls(points, face.quadrature_normal, weights, face.shape_at_quadrature)
 
     @cached_property
     def local(self) -> Array:

@@ -27,6 +27,12 @@ PACKED = {"curvature_at_vertices", "shear_at_vertices"}
 FULL = 2**15 - 1
 # NetCDF 3 holds big-endian numbers and 32-bit integers: the types to compute with, by kind
 NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
+# Arrays of a plate that only structures have, with dimensions and unit
+OF_STRUCTURE = {
+    "quadrature_normal": ("quadrature axis", "1"),
+    "participation": ("coordinate axis", "kg"),
+    "point_direction": ("point axis", "1"),
+}
 SYMMETRIC = ("stiffness", "mass")  # matrices stored by their upper triangle
 
 
@@ -118,8 +124,9 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
             variables |= _as_variables(f"{kind}_{k}", matrix)
     for name in ("at_vertices", "at_points", "point_weight", "at_quadrature"):
         variables |= _as_variables(name, getattr(plate, name))
-    if plate.quadrature_normal is not None:
-        variables["quadrature_normal"] = variable("quadrature axis", plate.quadrature_normal, "1")
+    for name, (dimensions, unit) in OF_STRUCTURE.items():
+        if (value := getattr(plate, name)) is not None:
+            variables[name] = variable(dimensions, value, unit)
     if plate.stretching is not None:
         axes, name = "mode mode_2 mode_3 mode_4", "membrane energy of the lowest modes"
         variables["stretching"] = variable(axes, plate.stretching.tensor, "N m-3", name)
@@ -165,7 +172,7 @@ def read_plate(path: Path) -> StoredPlate:
         quadrature_weight=array("quadrature_weight"),
         at_quadrature=matrix("at_quadrature"),
         inertia=array("inertia"),
-        quadrature_normal=array("quadrature_normal") if "quadrature_normal" in data else None,
+        **{name: array(name) for name in OF_STRUCTURE if name in data},
         shapes=array("shapes", np.float32),
         stretching=Stretching(array("stretched_mode", np.int64), array("stretching"))
         if "stretching" in data

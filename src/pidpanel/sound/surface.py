@@ -44,6 +44,12 @@ def tabulate_diffuse_surface(wavenumber_max: float, surface: SurfaceQuadrature) 
     return WavenumberTable(k_max, nodes, np.array(force))
 
 
+def surface_force(wavenumber: float, surface: SurfaceQuadrature) -> Array:
+    """Return G (n, n) [m⁴] of a diffuse field at one wavenumber [rad/m]."""
+    faces = _faces(surface, MARGIN * wavenumber)
+    return _diffuse_force(wavenumber, faces, surface.half_height, surface.diameter)
+
+
 def _faces(surface: SurfaceQuadrature, wavenumber: float) -> list[FoldedFace]:
     """Condense the loads P_m(z/c) φ of even m and of odd m, (n_m, n_x, n_y, n) of each parity."""
     height = surface.half_height

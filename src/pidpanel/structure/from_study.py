@@ -14,13 +14,15 @@ from pidpanel.arrays import Array, Flags, Index
 from pidpanel.modal_files import ModalModel, read_modes
 from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.basis import PanelBasis, basis_of, face_wavenumber, with_condensed_face
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.from_study import write_panel as write_flat_panel
-from pidpanel.panel.matrices import PlateMatrices
+from pidpanel.panel.matrices import PlateMatrices, StoredPlate
 from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
 from pidpanel.panel.supports import Supports
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
+from pidpanel.solve.base_motion import UNIT, Translation
 from pidpanel.structure.modal_plate import modal_plate, modal_shapes
 from pidpanel.structure.surface import Surface, plane_axes
 from pidpanel.study import Study
@@ -28,7 +30,7 @@ from pidpanel.study.panel import Panel
 from pidpanel.study.structure import Structure, SurfaceArea, SurfacePoint
 
 
-def oriented(position, cells, outward):  # TEMP
+def oriented(position: Array, cells: Index, outward: Array | None) -> Index:  # TEMP
     return cells
 
 
@@ -316,3 +318,25 @@ def write_panel(study: Study, output: Files) -> None:
     area = structure.area.area
     section = tables.section_table(structure.section.mass_per_area, area)
     section.to_csv(output.section, index=False, float_format="%.8g")
+
+
+def read_moved_panel(study: Study, files: Files) -> tuple[PanelBasis, StoredPlate, Translation]:
+    """Read basis and plate, and what the translation of the supports moves.
+
+    Raises
+    ------
+    ValueError
+        If nothing is known of the inertia of a structure.
+    """
+    basis, plate = read_basis(files.modes), read_plate(files.plate)
+    if plate.participation is None:
+        return basis, plate, UNIT
+    direction = np.array((study.base and study.base.direction) or (0.0, 0.0, 1.0))
+    direction = direction / np.linalg.norm(direction)
+    surface = Surface(basis.vertex_position, basis.cells)
+    translation = Translation(
+        plate.point_direction @ direction,
+        surface.vertex_normal @ direction,
+        plate.quadrature_normal @ direction,
+    )
+    return basis, replace(plate, inertia=plate.participation @ direction), translation
