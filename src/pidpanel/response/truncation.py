@@ -40,10 +40,14 @@ def truncation_errors(panel: ResponsePanel, plan: CasePlan) -> Array:
     cases = list(zip(plain.solve(whole, motions), plain.solve(fewer, motions), strict=True))
     errors = np.zeros(len(cases))
     for index, (case, other) in enumerate(cases):
-        answers = case.response, other.response
-        if any(isinstance(answer, UnstableDamping) for answer in answers):
+        responses = [
+            answer.response.acceleration_rms
+            for answer in (case.response, other.response)
+            if not isinstance(answer, UnstableDamping)
+        ]
+        if len(responses) < 2:
             continue
-        rms, few = (answer.response.acceleration_rms for answer in answers)
+        rms, few = responses
         moving = rms > 0
         error = MARGIN * float(np.max(np.abs(few[moving] / rms[moving] - 1), initial=0.0))
         if error > LARGEST:

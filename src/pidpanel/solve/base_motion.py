@@ -58,8 +58,8 @@ class Inertia:
         (n_patches, n) ∫_p t φ_i dA [m²].
     patch_area
         (n_patches,) ∫_p t² dA [m²].
-    face_integral, face_area
-        (n,) ∫ t φ_i dA over the face, and ∫ t² dA [m²].
+    face_integral
+        (n,) ∫ t φ_i dA over the face [m²].
     """
 
     participation: Array
@@ -67,7 +67,6 @@ class Inertia:
     patch_integral: Array
     patch_area: Array
     face_integral: Array
-    face_area: float
     translation: Translation = UNIT
 
     def effective_mass(self, modal_mass: Array) -> Array:
@@ -85,18 +84,10 @@ def inertia_of(
     """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
     along = translation.quadrature
     integrals = integrals_of_shapes(basis, plate, along).T @ vectors.astype(np.float64)
-    weights = _patch_weights(basis, plate)
-    areas = weights @ np.broadcast_to(np.square(along), len(plate.quadrature_weight))
-    participation = plate.inertia @ vectors
-    return Inertia(
-        participation,
-        mass,
-        integrals[:-1],
-        areas[:-1],
-        integrals[-1],
-        float(areas[-1]),
-        translation,
-    )
+    square = np.broadcast_to(np.square(along), len(plate.quadrature_weight))
+    areas = _patch_weights(basis, plate)[:-1] @ square
+    mean = plate.inertia @ vectors, mass, integrals[:-1], areas, integrals[-1]
+    return Inertia(*mean, translation)
 
 
 def integrals_of_shapes(
@@ -123,13 +114,14 @@ def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:
         return np.concatenate([values, column], axis=-1)
 
     translation = inertia.translation
+    area = np.sum(basis.quadrature_weight * np.square(translation.quadrature))
     return replace(
         basis,
         natural_frequency=joined(basis.natural_frequency, 0.0),
         modal_mass=joined(basis.modal_mass, TABLE_MASS * inertia.mass),
         is_residual=np.append(basis.is_residual, False),
         patch_overlap=_bordered(basis.patch_overlap, inertia.patch_integral, inertia.patch_area),
-        face_overlap=_bordered(basis.face_overlap, inertia.face_integral, inertia.face_area),
+        face_overlap=_bordered(basis.face_overlap, inertia.face_integral, area),
         shape_at_points=joined(basis.shape_at_points, translation.points),
         shape_at_quadrature=joined(basis.shape_at_quadrature, translation.quadrature),
         shape_at_vertices=joined(basis.shape_at_vertices, translation.vertices),
