@@ -53,6 +53,10 @@ def checked_study(source: str | Path | Document) -> Study | CouponStudy:
         mistakes += check_panel(study)
     if mistakes:
         raise document.error(dict.fromkeys(mistakes))
+    if isinstance(study, Study) and isinstance(study.panel, Structure):
+        from pidpanel.structure.from_study import with_normals
+
+        return study.model_copy(update={"panel": with_normals(study.panel)})
     return study
 
 

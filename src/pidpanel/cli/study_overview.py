@@ -242,7 +242,7 @@ def _of_stretching(studied: StudiedPanel) -> str:
 def _of_gravities(study: Study) -> Iterator[str]:
     """Yield the beds whose gravity with steady acceleration is not 1 g along the motion."""
     beds = {
-        scenario.damper_name(patch): damper.apparent_gravity_g
+        study.damper_name(scenario, patch): damper.apparent_gravity_g
         for scenario in study.all_scenarios()
         for patch in scenario.patches
         if isinstance(damper := study.damper_in(scenario, patch), BedDamper)

@@ -152,7 +152,7 @@ def scenario_of(
         1.0,
         {
             patch: FilledDamper(
-                *damper_of(label, patch, scenario.damper_name(patch)), filling.fill_fraction
+                *damper_of(label, patch, study.damper_name(scenario, patch)), filling.fill_fraction
             )
             for patch, filling in scenario.fillings.items()
         },

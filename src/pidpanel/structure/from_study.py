@@ -264,6 +264,20 @@ class StudiedStructure:
         return 0.0
 
 
+def with_normals(section: Structure) -> Structure:
+    """Return the structure with the normals of its patches."""
+    if not section.patches:
+        return section
+    structure = StudiedStructure(section)
+    vectors = structure.surface.cell_normal * structure.surface.area[:, None]
+    patches = {}
+    for name, area in section.patches.items():
+        mean = vectors[structure.patches[name]].sum(axis=0)
+        unit = (mean / np.linalg.norm(mean)).round(3) + 0.0
+        patches[name] = area if area.normal else area.model_copy(update={"normal": tuple(unit.tolist())})
+    return section.model_copy(update={"patches": patches})
+
+
 AnyPanel = StudiedPanel | StudiedStructure
 
 

@@ -56,6 +56,9 @@ class SurfaceArea(SectionModel):
     """Corners of a polygon (x, y, z) in order [m], projected along a direction."""
     along: Along | None = None
     """Axis of a ring, or direction in which a polygon is projected (x, y, z)."""
+    normal: Along | None = None
+    """Direction of the motion of the particles (x, y, z); by default the mean normal of the
+    elements."""
     forms: ClassVar = (
         ("group",),
         ("centre_m", "radius_m"),

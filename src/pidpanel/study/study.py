@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, model_validator
 
 from pidpanel.study import requirements
-from pidpanel.study.base import StudyError, Text, as_tuple
+from pidpanel.study.base import StudyError, Text, Vector, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.claims import Claim
 from pidpanel.study.core_cells import cells_of_core, differing_cells
@@ -371,7 +371,18 @@ class Study(CouponStudy):
     def damper_in(self, scenario: Scenario, patch: str) -> DamperSection:
         """Return the damper of a patch under the steady acceleration of a scenario."""
         damper = self.damper_of(scenario.fillings[patch])
-        return damper.with_steady_acceleration(scenario.steady_acceleration_g)
+        damper = damper.with_steady_acceleration(scenario.steady_acceleration_g)
+        normal = self.patch_normal(patch)
+        return damper if normal is None else damper.in_frame(normal)
+
+    def damper_name(self, scenario: Scenario, patch: str) -> str:
+        """Return the damper of a patch; patches of a structure have their own gravity."""
+        name = scenario.damper_name(patch)
+        return name if self.patch_normal(patch) is None else f"{name} on {patch}"
+
+    def patch_normal(self, patch: str) -> Vector | None:
+        """Return the normal of a patch of a structure; None on a panel, where it is z."""
+        return getattr(self.panel.patches.get(patch), "normal", None)
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""
