@@ -5,15 +5,27 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
-from pidpanel.modal_files import universal
+from pidpanel.modal_files import calculix, nastran, universal
 from pidpanel.modal_files.model import ModalModel, modal_model
+from pidpanel.modal_files.op2 import read_op2
+from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements
 from pidpanel.modal_files.vtu import read_vtu
 from pidpanel.tabular.units import UnitError
 
 T = TypeVar("T")
 UNIVERSAL = (".uff", ".unv", ".uf55")
-MODES = {".vtu": lambda path: read_vtu(path)[1]} | dict.fromkeys(UNIVERSAL, universal.read_shapes)
-MESHES = {".vtu": lambda path: read_vtu(path)[0]} | dict.fromkeys(UNIVERSAL, universal.read_mesh)
+MODES: dict[str, Callable[[Path], ModeShapes]] = {
+    ".vtu": lambda path: read_vtu(path)[1],
+    **dict.fromkeys(UNIVERSAL, universal.read_shapes),
+    ".op2": read_op2,
+    ".frd": calculix.read_shapes,
+}
+MESHES: dict[str, Callable[[Path], SurfaceElements]] = {
+    ".vtu": lambda path: read_vtu(path)[0],
+    **dict.fromkeys(UNIVERSAL, universal.read_mesh),
+    **dict.fromkeys((".bdf", ".dat", ".nas", ".fem", ".blk"), nastran.read_mesh),
+    ".inp": calculix.read_mesh,
+}
 
 
 def read_modes(

@@ -1,14 +1,13 @@
 """Modes of a structure from another solver, in SI and in the basic frame, on linear cells."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.modal_files.quadrature import cell_areas
+from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements
 from pidpanel.tabular.units import POUND
 
 # Cells of an element with 3 to 8 nodes: corners, then the nodes between them
@@ -23,31 +22,9 @@ MASS_UNITS = {1.0: 1.0, 1e-3: 1e3}
 MASS_UNITS |= {unit: POUND * STANDARD_GRAVITY / unit for unit in (0.0254, 0.3048)}
 EXTENTS = 0.01, 200.0  # least and greatest size of a structure [m]
 AREAL_MASSES = 0.02, 2000.0  # least and greatest mean of a mode [kg/m²]
+RIGID = 0.05  # greatest frequency [Hz] that is rounding of a rigid motion's
 NORMALISED = 1e-3  # deviation of a modal mass of 1, or of a largest component of 1
-LARGEST_RESULT = 4_000_000_000  # most bytes of a file of modes
 COINCIDENT = 1e-4  # share of the extent by which nodes of two files may differ
-
-
-class SurfaceElements(NamedTuple):
-    """Nodes and surface elements of a file, in its units."""
-
-    node: Index  # (n_nodes,) numbers
-    position: Array  # (n_nodes, 3)
-    element: Sequence[int]  # numbers
-    corners: Sequence[Sequence[int]]  # numbers of the nodes: corners, then those between them
-    groups: Mapping[str, Sequence[int]]  # places of elements
-    frame: Array | None = None  # (n_nodes, 3, 3) axes of displacements, in columns
-
-
-class ModeShapes(NamedTuple):
-    """Modes and static cases of a file, in its units."""
-
-    node: Index  # (n_nodes,) numbers
-    frequency: Array  # (n_modes,) [Hz]
-    modal_mass: Array  # (n_modes,) 0 or not finite where the file has none
-    displacement: Array  # (n_nodes, 3, n_modes)
-    static: Array  # (n_nodes, 3, n_static)
-    position: Array | None = None  # (n_nodes, 3) if the file has it
 
 
 @dataclass(frozen=True)
@@ -110,8 +87,9 @@ def modal_model(
             motion, static = frame @ motion, frame @ static
         mass = mass_unit * _modal_masses(shapes, motion, normalised)
         static = static * unit_m**2 / mass_unit  # a pressure of 1 is unit_kg/(unit_m s²)
+        frequency = np.where(np.abs(shapes.frequency) <= RIGID, 0.0, shapes.frequency)
         model = ModalModel(
-            position, mesh.node[rows], shapes.frequency, mass, motion, cells, groups, place, static
+            position, mesh.node[rows], frequency, mass, motion, cells, groups, place, static
         )
         _check(model, unit_kg is None)
     except ValueError as error:

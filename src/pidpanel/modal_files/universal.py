@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.modal_files.model import LARGEST_RESULT, ModeShapes, SurfaceElements
+from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements, bytes_of, stacked
 from pidpanel.tabular.units import unit_system
-from pidpanel.text_files import TextFileError, read_bytes
 
 MARK = re.compile(rb"^ {4}-1[ \t]*\r?$", re.MULTILINE)
 DOUBLE = bytes.maketrans(b"Dd", b"EE")  # exponents of Fortran
@@ -28,10 +27,7 @@ DISPLACEMENTS, VECTORS, REAL = (0, 1, 8), (2, 3), (2, 4)
 
 def data_sets(path: Path) -> Iterator[tuple[int, bytes]]:
     """Yield number and lines of each data set."""
-    try:
-        parts = MARK.split(read_bytes(path, LARGEST_RESULT))
-    except TextFileError as error:
-        raise ValueError(f"{path}: {error.message}") from None
+    parts = MARK.split(bytes_of(path))
     for part in parts[1::2]:
         kind, _, lines = part.lstrip(b"\r\n").partition(b"\n")
         if kind.strip().isdigit():  # 58b is binary
@@ -102,13 +98,7 @@ def read_shapes(path: Path) -> ModeShapes:
                 modes.append((frequency, mass, table[:, 1:4]))
     if has_complex and not modes:
         raise ValueError(f"{path}: has complex modes alone; real normal modes are needed")
-    node = np.empty(0, dtype=int) if node is None else node
-    frequency, mass = np.array([mode[:2] for mode in modes]).reshape(-1, 2).T
-    stacked = (
-        np.stack(vectors, axis=2) if vectors else np.empty((len(node), 3, 0))
-        for vectors in ([mode[2] for mode in modes], static)
-    )
-    return ModeShapes(node, frequency, mass, *stacked)
+    return stacked(np.empty(0, dtype=np.int64) if node is None else node, modes, static)
 
 
 def read_units(path: Path) -> tuple[float, float] | None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.modal_files.model import ModeShapes, SurfaceElements
+from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements
 
 KINDS = {"triangle": 3, "quad": 4, "triangle6": 6, "quad8": 8, "quad9": 8}  # nodes used
 GROUP = "group"  # array of numbers of groups
