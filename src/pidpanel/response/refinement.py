@@ -166,10 +166,10 @@ def mode_shifts(basis: PanelBasis, modes: LoadedModes, mass: Array, wave_shift: 
     motion = basis.shape_at_vertices @ modes.shape
     area = np.abs(cell_areas(basis.vertex_position, basis.cells))
     energy = area[:, None] * np.mean(motion[basis.cells] ** 2, axis=1)
-    strains = [
-        BoundaryStrain(*of_mode)
-        for of_mode in zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
-    ]
+    strains: list[BoundaryStrain | None] = [None] * len(modes.frequency)
+    if basis.quadrature_normal is None:  # of a plate
+        parts = zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
+        strains = [BoundaryStrain(*of_mode) for of_mode in parts]
     rows = []
     for cells, extra in zip(
         (slice(None), *basis.cell_in_patch), (0.0, *mass.tolist()), strict=True

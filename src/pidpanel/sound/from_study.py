@@ -333,7 +333,7 @@ def surroundings_text(study: Study, moved: WettedFace, frequency: Array, mass: A
     frequency, mass
         (n,) natural frequencies [Hz], ascending, and modal masses [kg] of the modes.
     """
-    if (opposite := study.opposite) is None:
+    if (opposite := study.opposite) is None or moved.quadrature_normal is not None:
         return ""
     low, high = study.response.frequency_hz
     modes = np.flatnonzero((frequency >= low) & (frequency <= high))[:COMPARED_MODES]

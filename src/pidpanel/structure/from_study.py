@@ -211,14 +211,15 @@ class StudiedStructure:
     def basis(self, mesh: PanelMesh) -> tuple[PanelBasis, PlateMatrices, Array]:
         """Return the basis, the matrices and the shapes (n, n) of the modes."""
         plate, frequency = self.plate(), self.model.frequency
-        shapes = modal_shapes(plate, frequency, np.zeros(len(frequency), bool))
-        basis = basis_of(mesh, plate, shapes)
-        self._check_mass(basis)
-        return basis, plate, shapes.vectors
+        self._check_mass()
+        motion = self.model.displacement[self._nodes]
+        shapes = modal_shapes(plate, motion, frequency, np.zeros(len(frequency), bool))
+        return basis_of(mesh, plate, shapes), plate, shapes.vectors
 
-    def _check_mass(self, basis: PanelBasis) -> None:
+    def _check_mass(self) -> None:
         mass, (low, high) = self.structure.mass_kg, MODAL_SHARE
-        largest = float(basis.modal_mass[basis.natural_frequency > 0].max(initial=0.0))
+        square = (self.model.displacement**2).sum(axis=1).max(axis=0)
+        largest = float(np.max(self.model.modal_mass / square))
         if not low * mass <= largest <= high * mass:
             message = f"the largest modal mass is {largest:.3g} kg where the largest motion is 1; "
             message += f"{low * mass:.3g} to {high * mass:.3g} are allowed. Is the unit of mass kg?"

@@ -16,6 +16,8 @@ from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.shapes import Shapes
 from pidpanel.structure.surface import BARYCENTRIC, Surface
 
+TANGENTIAL = 1e-3  # largest w over the largest displacement of a shape along the surface
+
 
 def modal_plate(
     surface: Surface,
@@ -73,11 +75,17 @@ def modal_plate(
     )
 
 
-def modal_shapes(plate: PlateMatrices, frequency: Array, is_residual: Flags) -> Shapes:
-    """Return the coordinates as shapes, each with max |w| = 1 over the vertices, positive there."""
-    peak = plate.at_vertices.toarray()
-    peak = peak[np.abs(peak).argmax(axis=0), np.arange(peak.shape[1])]
+def modal_shapes(
+    plate: PlateMatrices, displacement: Array, frequency: Array, is_residual: Flags
+) -> Shapes:
+    """Return the coordinates as shapes with max |w| = 1 over the vertices, positive there.
+
+    One that moves along the surface has a largest displacement (n_vertices, 3, n) of 1.
+    """
+    normal = plate.at_vertices.toarray()
+    peak = normal[np.abs(normal).argmax(axis=0), np.arange(normal.shape[1])]
+    whole = np.sqrt((displacement**2).sum(axis=1).max(axis=0))
+    peak = np.where(np.abs(peak) < TANGENTIAL * whole, whole, peak)
     order = np.lexsort((frequency, is_residual))
-    vectors = np.diag(np.divide(1.0, peak, out=np.ones_like(peak), where=peak != 0))[:, order]
     count = int(np.count_nonzero(~is_residual))
-    return Shapes(frequency[order][:count], frequency[order][count:], vectors)
+    return Shapes(frequency[order][:count], frequency[order][count:], np.diag(1 / peak)[:, order])
