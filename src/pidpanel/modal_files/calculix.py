@@ -18,10 +18,10 @@ FIELD = re.compile(rb"^ -4  (\S+)", re.MULTILINE)
 STATIC, SHORT, LONG = 0, 0, 1  # kind of analysis; widths of node numbers of 5 and 10
 SHELLS = re.compile(r"(?:S|M3D|STRI)([3468])R?5?")
 SOLIDS = re.compile(r"C3D(4|6|8|10|15|20)[A-Z]*")
-# Corners of the faces S1 … of solids, and the edges whose middles follow the corners
-HEXAHEDRON = "1234 5876 1562 2673 3784 4851", "12 23 34 41 56 67 78 85 15 26 37 48"
+# Corners of faces S1 … of solids from outside, and edges whose middles follow the corners
+HEXAHEDRON = "4321 6785 2651 3762 4873 1584", "12 23 34 41 56 67 78 85 15 26 37 48"
 WEDGE = "132 456 1254 2365 3146", "12 23 31 45 56 64 14 25 36"
-TETRAHEDRON = "123 142 243 341", "12 23 31 14 24 34"
+TETRAHEDRON = "321 241 342 143", "12 23 31 14 24 34"
 FACES = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20: HEXAHEDRON}
 
 
