@@ -29,9 +29,9 @@ FULL = 2**15 - 1
 NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
 # Arrays of a plate that only structures have, with dimensions and unit
 OF_STRUCTURE = {
-    "quadrature_normal": ("quadrature axis", "1"),
-    "participation": ("coordinate axis", "kg"),
-    "point_direction": ("point axis", "1"),
+    "quadrature_normal": ("quadrature space", "1"),
+    "participation": ("coordinate space", "kg"),
+    "point_direction": ("point space", "1"),
 }
 SYMMETRIC = ("stiffness", "mass")  # matrices stored by their upper triangle
 

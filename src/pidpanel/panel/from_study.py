@@ -19,7 +19,7 @@ from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import grid_lines, mesh_quadrilaterals
-from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
+from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
@@ -257,7 +257,7 @@ class StudiedPanel:
             return mesh_quadrilaterals(path, self._size, *drawn)
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, self.points)
-            write_triangles(path, mesh)
+            write_cells(path, mesh)
             return mesh
         return mesh_triangles(
             path,

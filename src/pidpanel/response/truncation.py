@@ -2,7 +2,8 @@
 
 Nothing is known of a structure beyond its modes. The response in two thirds of them differs from
 that in all by more than that in all differs from the truth, since what is left out falls with the
-number of modes; residual vectors of static cases make up for most of it.
+number of modes. Residual vectors of static cases make up for most of it: of a change of 6.6 % and
+25 % that they made 0.2 % and 1.2 % remained (a light shell under a patch of 2000 N s/m³).
 """
 
 from dataclasses import replace
@@ -17,6 +18,7 @@ from pidpanel.solve.model import ResponseError, UnstableDamping
 # Error of g rms over its change between two thirds of the modes and all: above 1 on light shells
 # under heavy dampers.
 MARGIN, KEPT = 1.5, 2 / 3
+REMAINING = 0.1  # share of the change by residual vectors that is stated
 LARGEST = 0.10  # largest error of g rms that is stated
 AT_REST = 1e9  # modal mass of a mode that does not move, over its own
 
@@ -31,7 +33,9 @@ def truncation_errors(panel: ResponsePanel, plan: CasePlan) -> Array:
     """
     basis = panel.basis
     modes = np.flatnonzero(~basis.is_residual)
-    dropped = modes[int(np.ceil(KEPT * len(modes))) :]
+    dropped, margin = modes[int(np.ceil(KEPT * len(modes))) :], MARGIN
+    if basis.is_residual.any():
+        dropped, margin = np.flatnonzero(basis.is_residual), REMAINING
     mass = basis.modal_mass.copy()
     mass[dropped] *= AT_REST
     fewer = replace(panel, basis=replace(basis, modal_mass=mass)).solver(rms_only=True)
@@ -49,7 +53,7 @@ def truncation_errors(panel: ResponsePanel, plan: CasePlan) -> Array:
             continue
         rms, few = responses
         moving = rms > 0
-        error = MARGIN * float(np.max(np.abs(few[moving] / rms[moving] - 1), initial=0.0))
+        error = margin * float(np.max(np.abs(few[moving] / rms[moving] - 1), initial=0.0))
         if error > LARGEST:
             last = basis.natural_frequency[modes[-1]]
             raise ResponseError(

@@ -12,27 +12,26 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.modal_files import ModalModel, read_modes
+from pidpanel.modal_files.orientation import oriented
+from pidpanel.modal_files.quadrature import surface_quadrature
+from pidpanel.modal_files.residual import ResidualVectors, residual_vectors
 from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.basis import PanelBasis, basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.from_study import write_panel as write_flat_panel
 from pidpanel.panel.matrices import PlateMatrices, StoredPlate
-from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
+from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.supports import Supports
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
+from pidpanel.shell.selections import Box, Ring, Selection, Sphere
 from pidpanel.solve.base_motion import UNIT, Translation
 from pidpanel.structure.modal_plate import modal_plate, modal_shapes
-from pidpanel.structure.surface import Surface, plane_axes
+from pidpanel.structure.surface import Prism, Surface, plane_axes
 from pidpanel.study import Study
 from pidpanel.study.panel import Panel
 from pidpanel.study.structure import Structure, SurfaceArea, SurfacePoint
-
-
-def oriented(position: Array, cells: Index, outward: Array | None) -> Index:  # TEMP
-    return cells
-
 
 FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat
 NEAR = 0.02  # largest distance of a point from the surface over its size
@@ -83,12 +82,21 @@ class StudiedStructure:
 
     @cached_property
     def _cells(self) -> tuple[Index, Index]:
-        """Triangles of the loaded surface (n_cells, 3), and the element of each in the file."""
+        """Cells of the loaded surface (n_cells, 4), all quadrilaterals or all triangles.
+
+        The second array (n_cells,) has the element of each in the file.
+        """
         cells, chosen = self.model.cells, np.arange(len(self.model.cells))
         if names := self.structure.surface:
-            chosen = np.unique(np.concatenate([self._group(name, ("surface",)) for name in names]))
-        triangles, element = triangles_of(cells[chosen])
-        return triangles, chosen[element]
+            groups = [self._group(name, ("surface",)) for name in names]
+            chosen = np.unique(np.concatenate(groups))
+        cells = cells[chosen]
+        is_quad = cells[:, 2] != cells[:, 3]
+        if not is_quad.all():  # a quadrilateral is divided, a triangle repeats its third corner
+            halves = cells[is_quad][:, [0, 2, 3, 3]]
+            chosen = np.concatenate([chosen, chosen[is_quad]])
+            cells = np.concatenate([cells[:, [0, 1, 2, 2]], halves])
+        return cells, chosen
 
     def _group(self, name: str, keys: tuple[str, ...]) -> Index:
         groups = self.model.groups
@@ -99,15 +107,15 @@ class StudiedStructure:
 
     @cached_property
     def surface(self) -> Surface:
-        """The loaded surface, its vertices those of its triangles."""
-        position = self.model.position
+        """The loaded surface, its vertices those of its cells."""
         outward = self.structure.outward
         try:
-            cells = oriented(position, self._cells[0], outward and np.array(outward))
+            cells = oriented(self.model.position, self._cells[0], outward and np.array(outward))
         except ValueError as error:
             raise StructureRefused(("outward",), str(error)) from error
-        used, number = np.unique(cells, return_inverse=True)
-        return Surface(position[used], number.reshape(cells.shape))
+        number = np.searchsorted(self._nodes, cells)
+        is_triangle = (self._cells[0][:, 2] == self._cells[0][:, 3]).all()
+        return Surface(self.model.position[self._nodes], number[:, :3] if is_triangle else number)
 
     @cached_property
     def _nodes(self) -> Index:
@@ -146,16 +154,9 @@ class StudiedStructure:
         return patches
 
     def _is_in(self, area: SurfaceArea, name: str) -> Flags:
-        surface = self.surface
         if area.group is not None:
             return np.isin(self._cells[1], self._group(area.group, ("patches", name, "group")))
-        if area.radius_m is not None:
-            return surface.in_sphere(np.array(area.centre_m), area.radius_m)
-        if area.radii_m is not None:
-            return surface.in_ring(np.array(area.centre_m), np.array(area.along), *area.radii_m)
-        if area.corners_m is not None:
-            return surface.in_polygon(np.array(area.corners_m), np.array(area.along))
-        return surface.in_box(np.array(area.from_m), np.array(area.to_m))
+        return selection_of(area).contains(self.surface.middle)
 
     def _vertex(self, point: SurfacePoint, name: str) -> int:
         if point.node is None:
@@ -176,32 +177,57 @@ class StudiedStructure:
         return {name: self._vertex(point, name) for name, point in self.structure.points.items()}
 
     @cached_property
-    def _at_points(self) -> Array:
-        """(n_points, n) motion of the points in their directions."""
-        displacement = self.model.displacement[self._nodes]
-        rows = []
-        for point, vertex in zip(self.structure.points.values(), self.points.values(), strict=True):
-            along = self.surface.vertex_normal[vertex]
-            if point.direction is not None:
-                along = np.array(point.direction) / np.linalg.norm(point.direction)
-            rows.append(along @ displacement[vertex])
-        return np.array(rows)
+    def _point_direction(self) -> Array:
+        """(n_points, 3) unit vectors of the motion at the points."""
+        normals, points = self.surface.vertex_normal, self.structure.points.values()
+        directions = [
+            normals[vertex] if point.direction is None else np.array(point.direction)
+            for point, vertex in zip(points, self.points.values(), strict=True)
+        ]
+        return np.array([direction / np.linalg.norm(direction) for direction in directions])
+
+    @cached_property
+    def _shapes(self) -> ResidualVectors:
+        """Modes, then residual vectors of static cases, on the vertices of the surface."""
+        model, names = self.model, self.structure.modes.pressures
+        modes = model.frequency, model.modal_mass, model.displacement[self._nodes]
+        cases = model.static_displacement
+        if not names:
+            return ResidualVectors(*modes)
+        if cases.shape[2] != len(names):
+            message = f"{len(names)} groups for the {cases.shape[2]} static cases of the file"
+            raise StructureRefused(("modes", "pressures"), message)
+        cells = self.surface.cells
+        quadrature = surface_quadrature(
+            self.surface.vertices, cells if cells.shape[1] == 4 else cells[:, [0, 1, 2, 2]]
+        )
+        inside = [np.isin(self._cells[1], self._group(n, ("modes", "pressures"))) for n in names]
+        pressure = np.array(inside, dtype=float)[:, quadrature.cell].T
+        try:
+            added = residual_vectors(
+                quadrature, *modes, cases[self._nodes], pressure, self.section.mass_per_area
+            )
+        except ValueError as error:
+            raise StructureRefused(("modes", "pressures"), str(error)) from error
+        pairs = zip(modes, added, strict=True)
+        return ResidualVectors(*(np.concatenate(pair, axis=-1) for pair in pairs))
 
     def mesh(self, path: Path) -> PanelMesh:
         """Write the surface to a ``.msh`` file, and return it with patches and points."""
         check_names(self.structure.patches, self.structure.points)
         vertices = self._placed(self.surface.vertices)
         points = {name: tuple(vertices[vertex].tolist()) for name, vertex in self.points.items()}
-        mesh = PanelMesh(vertices, self.surface.cells, "triangles", self.patches, points)
-        write_triangles(path, mesh)
+        kind = "triangles" if self.surface.cells.shape[1] == 3 else "quadrilaterals"
+        mesh = PanelMesh(vertices, self.surface.cells, kind, self.patches, points)
+        write_cells(path, mesh)
         return mesh
 
     def plate(self) -> PlateMatrices:
-        """Return the matrices of the modes."""
-        model = self.model
+        """Return the matrices of the modes and residual vectors."""
+        shapes, points = self._shapes, np.array(list(self.points.values()), dtype=np.int64)
         plate = modal_plate(
-            self.surface, model.displacement[self._nodes], model.frequency, model.modal_mass,
-            self.patches, self._at_points,
+            self.surface, shapes.displacement, shapes.frequency, shapes.modal_mass,
+            self.patches, self._point_direction, points,
         )  # fmt: skip
         if self.plane is None:
             return plate
@@ -210,10 +236,10 @@ class StudiedStructure:
 
     def basis(self, mesh: PanelMesh) -> tuple[PanelBasis, PlateMatrices, Array]:
         """Return the basis, the matrices and the shapes (n, n) of the modes."""
-        plate, frequency = self.plate(), self.model.frequency
         self._check_mass()
-        motion = self.model.displacement[self._nodes]
-        shapes = modal_shapes(plate, motion, frequency, np.zeros(len(frequency), bool))
+        plate, (frequency, _, displacement) = self.plate(), self._shapes
+        is_residual = np.arange(len(frequency)) >= len(self.model.frequency)
+        shapes = modal_shapes(plate, displacement, frequency, is_residual)
         return basis_of(mesh, plate, shapes), plate, shapes.vectors
 
     def _check_mass(self) -> None:
@@ -253,8 +279,11 @@ class StudiedStructure:
     @property
     def remarks(self) -> list[str]:
         """What of the files is not used or unusual."""
-        count = len(self.model.frequency)
-        return [f"{count} modes to {self.model.frequency[-1]:.4g} Hz, {self.model.source}"]
+        model, modes = self.model, self.structure.modes
+        remarks = [f"{len(model.frequency)} modes to {model.frequency[-1]:.4g} Hz, {model.source}"]
+        if (count := model.static_displacement.shape[2]) and not modes.pressures:
+            remarks.append(f"{count} static cases without structure.modes.pressures are not used")
+        return remarks
 
     def wave_shift(self, *_: float, strain: object = None) -> float:
         """Return 0: what the mesh of another solver does to its modes is not known."""
@@ -275,7 +304,8 @@ def with_normals(section: Structure) -> Structure:
     for name, area in section.patches.items():
         mean = vectors[structure.patches[name]].sum(axis=0)
         unit = (mean / np.linalg.norm(mean)).round(3) + 0.0
-        patches[name] = area if area.normal else area.model_copy(update={"normal": tuple(unit.tolist())})
+        normal = area.normal or tuple(unit.tolist())
+        patches[name] = area.model_copy(update={"normal": normal})
     return section.model_copy(update={"patches": patches})
 
 
@@ -287,22 +317,17 @@ def studied(section: Panel | Structure) -> AnyPanel:
     return StudiedStructure(section) if isinstance(section, Structure) else StudiedPanel(section)
 
 
-def triangles_of(cells: Index) -> tuple[Index, Index]:
-    """Return triangles (n, 3) of cells (m, 4) whose fourth corner repeats the third in triangles.
-
-    The second array (n,) has the cell of each triangle.
-
-    Examples
-    --------
-    >>> triangles, cell = triangles_of(np.array([[0, 1, 2, 2], [1, 3, 4, 2]]))
-    >>> triangles.tolist(), cell.tolist()
-    ([[0, 1, 2], [1, 3, 4], [1, 4, 2]], [0, 1, 1])
-    """
-    is_quad = cells[:, 3] != cells[:, 2]
-    parts = [cells[:, :3], cells[is_quad][:, [0, 2, 3]]]
-    cell = np.concatenate([np.arange(len(cells)), np.flatnonzero(is_quad)])
-    order = np.argsort(cell, kind="stable")
-    return np.concatenate(parts)[order], cell[order]
+def selection_of(area: SurfaceArea) -> Selection:
+    """Return the part of space that an area without a group is."""
+    if area.radius_m is not None and area.centre_m is not None:
+        return Sphere(area.centre_m, area.radius_m)
+    if area.radii_m is not None and area.centre_m is not None and area.along is not None:
+        return Ring(*area.radii_m, area.centre_m, area.along)
+    if area.corners_m is not None and area.along is not None:
+        return Prism(area.corners_m, area.along)
+    if area.from_m is not None and area.to_m is not None:
+        return Box(area.from_m, area.to_m)
+    raise ValueError("an area with a group is no part of space")
 
 
 def write_panel(study: Study, output: Files) -> None:

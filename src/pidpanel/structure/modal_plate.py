@@ -12,9 +12,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
+from pidpanel.modal_files.quadrature import surface_quadrature
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.shapes import Shapes
-from pidpanel.structure.surface import BARYCENTRIC, Surface
+from pidpanel.structure.surface import Surface
 
 TANGENTIAL = 1e-3  # largest w over the largest displacement of a shape along the surface
 
@@ -25,53 +26,47 @@ def modal_plate(
     frequency: Array,
     modal_mass: Array,
     patches: Mapping[str, Index],
-    at_points: Array,
+    point_direction: Array,
+    points: Index,
 ) -> PlateMatrices:
     """Return the matrices of modes.
 
     Parameters
     ----------
-    surface
-        Triangles with n_vertices.
     displacement
-        (n_vertices, 3, n) motion of the vertices in each shape [1].
+        (n_vertices, 3, n) motion of the vertices of the surface in each shape [1].
     frequency, modal_mass
         (n,) [Hz] and [kg], of residual vectors their own.
     patches
         Cells of each patch.
-    at_points
-        (n_points, n) motion of the points in their directions [1].
+    point_direction, points
+        (n_points, 3) directions of the motion at the points, and their vertices (n_points,).
     """
-    n, count = len(frequency), len(surface.cells)
-    corners = displacement[surface.cells]  # (n_cells, 3, 3, n)
-    along = np.einsum("ckdn,cd->ckn", corners, surface.cell_normal)
-    at_quadrature = np.einsum("qk,ckn->cqn", BARYCENTRIC, along)
-    position = np.einsum("qk,ckd->cqd", BARYCENTRIC, surface.vertices[surface.cells])
-    weight = np.repeat(surface.area / 3, 3)
-    rows = np.sqrt(weight).reshape(count, 3, 1) * at_quadrature
-
-    def overlap(cells: Index) -> sp.csr_array:
-        part = rows[cells].reshape(-1, n)
-        return sp.csr_array(part.T @ part)
-
+    n, corners = len(frequency), surface.cells
+    quadrature = surface_quadrature(
+        surface.vertices, corners if corners.shape[1] == 4 else corners[:, [0, 1, 2, 2]]
+    )
+    normal = quadrature.normal_displacement(displacement)
     none = sp.csr_array((len(surface.vertices), n))
     unheld = sp.csr_array((0, n))
-    at_vertices = np.einsum("vdn,vd->vn", displacement, surface.vertex_normal)
     return PlateMatrices(
         stiffness=sp.csr_array(sp.diags_array(modal_mass * (2 * np.pi * frequency) ** 2)),
         mass=sp.csr_array(sp.diags_array(modal_mass)),
-        patch_overlap={name: overlap(cells) for name, cells in patches.items()},
-        at_vertices=sp.csr_array(at_vertices),
+        patch_overlap={
+            name: sp.csr_array(quadrature.overlap(normal, cells)) for name, cells in patches.items()
+        },
+        at_vertices=sp.csr_array(np.einsum("vdn,vd->vn", displacement, surface.vertex_normal)),
         curvature_at_vertices=(none,) * 3,
         shear_at_vertices=(none,) * 2,
-        at_points=sp.csr_array(at_points),
-        point_weight=sp.csr_array((len(at_points), len(surface.vertices))),
-        quadrature_position=position.reshape(-1, 3),
-        quadrature_weight=weight,
-        at_quadrature=sp.csr_array(at_quadrature.reshape(-1, n)),
+        at_points=sp.csr_array(np.einsum("pdn,pd->pn", displacement[points], point_direction)),
+        point_weight=sp.csr_array((len(points), len(surface.vertices))),
+        quadrature_position=quadrature.position,
+        quadrature_weight=quadrature.weight,
+        at_quadrature=sp.csr_array(normal),
         inertia=np.zeros(n),
         reactions=(unheld, unheld),
-        quadrature_normal=np.repeat(surface.cell_normal, 3, axis=0),
+        quadrature_normal=quadrature.normal,
+        point_direction=point_direction,
     )
 
 

@@ -1,26 +1,24 @@
-"""Triangles of a surface in space: its normals, the elements and nodes of patches and points."""
+"""Cells of a surface in space: their normals, those of patches, and how they are drawn."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from shapely import contains_xy, polygons
+import shapely
 
 from pidpanel.arrays import Array, Flags, Index
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
-
-# Points (3, 3) of the quadrature on a triangle, in its corners: exact for quadratics
-BARYCENTRIC = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+from pidpanel.shell.selections import Place
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Oriented triangles of a surface."""
+    """Oriented triangles or quadrilaterals of a surface."""
 
     vertices: Array  # (n_vertices, 3) [m]
-    cells: Index  # (n_cells, 3) corners; they go round the normal
+    cells: Index  # (n_cells, 3) or (n_cells, 4) corners; they go round the normal
 
     @property
     def area(self) -> Array:
@@ -30,14 +28,15 @@ class Surface:
     @property
     def cell_normal(self) -> Array:
         """(n_cells, 3) unit normals."""
-        a, b, c = (self.vertices[self.cells[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
+        a, b, c, d = (self.vertices[self.cells[:, k]] for k in (0, 1, 2, -1))
+        normal = np.cross(c - a, d - b)
         return normal / np.linalg.norm(normal, axis=1)[:, None]
 
     @property
     def vertex_normal(self) -> Array:
         """(n_vertices, 3) unit normals, the mean over the cells at a vertex by area."""
-        weighted = np.repeat(self.cell_normal * self.area[:, None], 3, axis=0)
+        corners = self.cells.shape[1]
+        weighted = np.repeat(self.cell_normal * self.area[:, None], corners, axis=0)
         total = np.zeros_like(self.vertices)
         np.add.at(total, self.cells.ravel(), weighted)
         length = np.linalg.norm(total, axis=1)[:, None]
@@ -53,30 +52,25 @@ class Surface:
         """Largest extent [m]."""
         return float(np.ptp(self.vertices, axis=0).max())
 
-    def in_sphere(self, centre: Array, radius: float) -> Flags:
-        """Return (n_cells,) whether the middle of a cell lies in a sphere."""
-        return np.asarray(np.linalg.norm(self.middle - centre, axis=1) <= radius)
-
-    def in_box(self, low: Array, high: Array) -> Flags:
-        """Return (n_cells,) whether the middle of a cell lies in a box."""
-        return np.asarray(((self.middle >= low) & (self.middle <= high)).all(axis=1))
-
-    def in_ring(self, centre: Array, axis: Array, inner: float, outer: float) -> Flags:
-        """Return (n_cells,) whether the middle of a cell lies at these distances from an axis."""
-        offset, unit = self.middle - centre, axis / np.linalg.norm(axis)
-        distance = np.linalg.norm(offset - np.outer(offset @ unit, unit), axis=1)
-        return np.asarray((distance >= inner) & (distance <= outer))
-
-    def in_polygon(self, corners: Array, along: Array) -> Flags:
-        """Return (n_cells,) whether the middle of a cell lies in a projected polygon."""
-        plane = plane_axes(along)
-        return np.asarray(contains_xy(polygons(corners @ plane), *(self.middle @ plane).T))
-
     def nearest(self, position: Array) -> tuple[int, float]:
         """Return the nearest vertex of the surface, and its distance [m]."""
         used = np.unique(self.cells)
         distance = np.linalg.norm(self.vertices[used] - position, axis=1)
         return int(used[distance.argmin()]), float(distance.min())
+
+
+@dataclass(frozen=True)
+class Prism:
+    """What lies within a polygon that is projected along a direction; see `shell.selections`."""
+
+    corners: tuple[Place, ...]
+    along: Place
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) lie within the polygon as they are projected."""
+        plane = plane_axes(np.array(self.along))
+        outline = shapely.Polygon(np.array(self.corners) @ plane).buffer(slack)
+        return np.asarray(shapely.contains_xy(outline, *np.moveaxis(position @ plane, -1, 0)))
 
 
 def plane_axes(normal: Array) -> Array:

@@ -102,7 +102,10 @@ class ModesFile(SectionModel):
     unit_kg: Annotated[float, Quantity(1e-6, 1e4)] | None = None
     """Mass unit of the files [kg]. By default metres imply kg, and millimetres t."""
     static: Annotated[Path, AfterValidator(_check_suffix), file_in()] | None = None
-    """File with static cases, pressures on the patches, if they are not with the modes."""
+    """File with static cases, if they are not with the modes."""
+    pressures: tuple[Text, ...] = ()
+    """Groups of elements under a pressure of 1 in the static cases, in their order: such as the
+    quarters of each patch. They give what the modes leave out under dampers."""
     normalised: Literal["mass"] | None = None
     """``mass`` where a file without modal masses has shapes of 1 kg modal mass in SI units."""
 
