@@ -1,10 +1,13 @@
 """Modes in VTU, written by VTK; units, masses and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
 import pyvista
 
 from pidpanel.modal_files import read_modes
+from pidpanel.paths import PROJECT
 
 AREAL_MASS = 3.0  # [kg/m²], of the plate
 
@@ -145,3 +148,17 @@ def test_static_cases_are_displacements_per_pascal(plate, tmp_path):
     np.testing.assert_allclose(
         model.static_displacement[:, :, 0], 5e-6 * plate.displacement[..., 0]
     )
+
+
+def test_the_documented_lines_write_what_is_read(tmp_path, monkeypatch):
+    text = (PROJECT / "docs" / "structures.md").read_text(encoding="utf-8")
+    _, lines = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    variables = {}
+    exec(lines, variables)
+    model = read_modes(tmp_path / "modes.vtu", unit_m=1.0)
+    np.testing.assert_allclose(model.frequency, variables["frequencies"])
+    np.testing.assert_allclose(np.moveaxis(model.displacement, 2, 0), variables["shapes"])
+    assert {name: cells.tolist() for name, cells in model.groups.items()} == {
+        "1": [0, 3], "2": [1, 2], "damper": [1]
+    }  # fmt: skip
