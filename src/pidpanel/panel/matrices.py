@@ -1,6 +1,6 @@
 """The matrices of a plate: all that its modes and its response need, whatever its elements."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import scipy.sparse as sp
 
@@ -31,13 +31,15 @@ class PlateMatrices:
     at_quadrature: sp.csr_array
     # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
     inertia: Array
+    # Of a shell, three matrices (n_vertices, n): motion along x, y, z at the vertices
+    motion_at_vertices: tuple[sp.csr_array, ...] = field(default=(), kw_only=True)
     # Two matrices (n_points, n) of reactions at single points (`point_supports`): those of supports
     # and springs [√J/m], and those of masses, to be multiplied by ω²
     reactions: tuple[sp.csr_array, sp.csr_array]
 
     def with_shapes(self, shapes: Array, stretching: "Stretching | None" = None) -> "StoredPlate":
         """Return the matrices with the shapes (n, n_shapes) of a basis, and their stretching."""
-        values = {field.name: getattr(self, field.name) for field in fields(PlateMatrices)}
+        values = {entry.name: getattr(self, entry.name) for entry in fields(PlateMatrices)}
         return StoredPlate(**values, shapes=shapes, stretching=stretching)
 
 

@@ -15,7 +15,6 @@ from pidpanel.panel.plate import NONE_FREE, AssembledPlate
 from pidpanel.panel.supports import free_coordinates
 from pidpanel.shell.attachments import (
     HINGE_STIFFNESS,
-    SLACK,
     Hinge,
     PointMass,
     RigidFoot,
@@ -41,7 +40,6 @@ class AssembledShell(AssembledPlate):
 
     # Maps positions (n_positions, 3) [m] to three arrays (n_positions, n): motion along x, y, z.
     displacement: Callable[[Array], Components] | None = None
-    motion_at_vertices: Components | tuple[()] = ()  # three arrays (n_vertices, n)
     # three arrays (n_vertices, n): strains ε (see `strains`) at the vertices [1]
     membrane_at_vertices: Components | tuple[()] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
@@ -76,7 +74,7 @@ def assemble_shell(
     shell = _Shell(mesh, layup, order)
     stiffness, mass = shell.matrices()
     parts = {name: p for name, p in attached.items() if isinstance(p, ShellSupport | RigidFoot)}
-    blocks = held_blocks(parts, shell.position, len(mesh.vertices), mesh.extent)
+    blocks = held_blocks(mesh, order, parts)
     free = free_coordinates(shell.size, blocks)
     for name, part in attached.items():
         if isinstance(part, PointMass):
@@ -173,13 +171,7 @@ class _Shell:
 
     def beam(self, beam: Stiffener, name: str) -> tuple[sp.csr_array, sp.csr_array]:
         """Return K and M of a stiffener."""
-        inside = beam.where.contains(self.position, SLACK * self.mesh.extent)
-        sides = [[0, 1], [1, 2], [0, 2]]  # of skfem, from the smaller vertex to the larger
-        inner = 3 + np.arange(3 * (self.order - 1)).reshape(3, -1)
-        edges = np.concatenate(
-            [self.numbers[:, [s[0], *inner[k], s[1]]] for k, s in enumerate(sides)]
-        )
-        edges = np.unique(edges[inside[edges].all(axis=1)], axis=0)
+        edges = self.mesh.selected_edges(beam.where, self.order)
         if not len(edges):
             raise ValueError(f"{name} at {beam.where}: no edge of an element is in it")
         normals = self.node_normals()

@@ -1,26 +1,38 @@
 """What holds a shell and what is joined to it: supports, rigid feet, masses, hinges, stiffeners."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.supports import Block
+from pidpanel.panel.supports import Block, null_space
+from pidpanel.shell.mesh import ShellMesh
 from pidpanel.shell.selections import Place, Selection
 
-CLAMPED, PINNED = (0, 1, 2, 3, 4, 5), (0, 1, 2)  # components held: motion along x, y, z; rotation
-SLACK = 1e-6  # over the extent: nodes nearer to a selection are in it
+AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 HINGE_STIFFNESS = 1e4  # of what a hinge joins, over the largest term of K
 
 
 @dataclass(frozen=True)
 class ShellSupport:
-    """Nodes within a selection, of which components 0 to 5 (u, θ) along x, y, z vanish."""
+    """Nodes within a selection that do not move and do not turn along some directions.
+
+    By default they are clamped; with ``rotation=()`` they are pinned.
+    """
 
     where: Selection
-    held: tuple[int, ...] = CLAMPED
+    motion: Sequence[Place] = AXES
+    rotation: Sequence[Place] = AXES
+
+    @property
+    def rows(self) -> Array:
+        """(n, 6) on (u, θ), which vanish."""
+        rows = np.zeros((len(self.motion) + len(self.rotation), 6))
+        rows[: len(self.motion), :3] = np.reshape(self.motion, (-1, 3))
+        rows[len(self.motion) :, 3:] = np.reshape(self.rotation, (-1, 3))
+        return rows
 
 
 @dataclass(frozen=True)
@@ -28,8 +40,8 @@ class RigidFoot:
     """Nodes within a selection that move as one rigid body, such as a hold-down or a hub."""
 
     where: Selection
-    centre: Place  # of its mass, and of what is held [m]
-    held: tuple[int, ...] = ()  # components as of a `ShellSupport`
+    centre: Place  # of its mass; the support acts there [m]
+    support: ShellSupport | None = None  # directions held; its selection has no meaning
     mass: float = 0.0  # [kg]
     inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)  # about axes through the centre [kg m²]
 
@@ -81,34 +93,30 @@ def arm_matrix(arm: Array) -> Array:
     return matrix
 
 
-def selected_nodes(
-    where: Selection, nodes: Array, vertices: int, extent: float, name: str
-) -> Index:
-    """Return the nodes within a selection; a corner of an element must be among them."""
-    inside = np.flatnonzero(where.contains(nodes, SLACK * extent))
-    if not np.any(inside < vertices):
-        raise ValueError(f"{name} at {where}: no corner of an element is in it")
-    return inside
-
-
 def held_blocks(
-    parts: dict[str, ShellSupport | RigidFoot], nodes: Array, vertices: int, extent: float
+    mesh: ShellMesh, order: int, parts: Mapping[str, ShellSupport | RigidFoot]
 ) -> list[Block]:
     """Return the blocks of coordinates that supports and feet hold or join."""
+    _, nodes = mesh.nodes(order)
+    forbidden: dict[int, tuple[str, list[Array]]] = {}
     blocks = []
-    held = np.zeros((len(nodes), 6), dtype=bool)
     for name, part in parts.items():
-        inside = selected_nodes(part.where, nodes, vertices, extent, name)
+        inside = mesh.selected_nodes(part.where, order, name)
         if isinstance(part, ShellSupport):
-            held[inside[:, None], list(part.held)] = True
+            for node in inside:
+                forbidden.setdefault(int(node), (name, []))[1].append(part.rows)
         else:
             columns = arm_matrix(nodes[inside] - part.centre).reshape(-1, 6)
-            dofs = (6 * inside[:, None] + np.arange(6)).ravel()
-            blocks.append(Block(name, dofs, np.delete(columns, part.held, axis=1)))
-    dofs = np.flatnonzero(held.ravel())
-    if dofs.size:
-        blocks.append(Block("a support", dofs, np.zeros((len(dofs), 0))))
+            if part.support is not None:
+                columns = columns @ null_space(part.support.rows)
+            blocks.append(Block(name, _dofs(inside), columns))
+    for node, (name, rows) in forbidden.items():
+        blocks.append(Block(name, _dofs(np.array([node])), null_space(np.vstack(rows))))
     return blocks
+
+
+def _dofs(nodes: Index) -> Index:
+    return (6 * nodes[:, None] + np.arange(6)).ravel()
 
 
 def foot_motion(
@@ -120,7 +128,7 @@ def foot_motion(
 
 
 def hinge_matrix(hinge: Hinge, ends: Sequence[sp.csr_array], stiffness: float) -> sp.csr_array:
-    """Return the stiffness (n, n) between both feet, whose motions (6, n) at its place are given."""
+    """Return the stiffness (n, n) between two feet from their motions (6, n) at its place."""
     axis = np.array(hinge.axis, dtype=float) / np.linalg.norm(hinge.axis)
     spring = np.zeros((6, 6))
     spring[:3, :3] = stiffness * np.eye(3)
