@@ -14,22 +14,19 @@ from pidpanel.arrays import Array, Index
 from pidpanel.panel.plate import NONE_FREE, AssembledPlate
 from pidpanel.panel.supports import free_coordinates
 from pidpanel.shell.attachments import (
-    HINGE_STIFFNESS,
+    Attached,
     Hinge,
     PointMass,
     RigidFoot,
-    ShellSupport,
     Stiffener,
     beam_matrices,
     foot_motion,
     held_blocks,
-    hinge_matrix,
 )
 from pidpanel.shell.mesh import LAGRANGE, ShellMesh
 from pidpanel.shell.strains import DRILLING_INERTIA, Frames, Layup, frames
 
 CELLS_AT_ONCE = 64  # so that memory stays bounded
-Attached = ShellSupport | RigidFoot | PointMass | Hinge | Stiffener
 Components = tuple[sp.csr_array, sp.csr_array, sp.csr_array]
 NOTHING: Mapping[str, Attached] = {}
 
@@ -73,9 +70,7 @@ def assemble_shell(
     """
     shell = _Shell(mesh, layup, order)
     stiffness, mass = shell.matrices()
-    parts = {name: p for name, p in attached.items() if isinstance(p, ShellSupport | RigidFoot)}
-    blocks = held_blocks(mesh, order, parts)
-    free = free_coordinates(shell.size, blocks)
+    free = free_coordinates(shell.size, held_blocks(mesh, order, attached))
     for name, part in attached.items():
         if isinstance(part, PointMass):
             rows = sp.vstack(shell.displacement(np.array([part.position])))
@@ -87,26 +82,19 @@ def assemble_shell(
     K, M = sp.csr_array(free.T @ stiffness @ free), sp.csr_array(free.T @ mass @ free)
     participation = (free.T @ (mass @ rigid)).toarray()
     total = float((rigid.T @ mass @ rigid).toarray()[0, 0])
-    feet = {
-        name: (foot, int(block.dofs[0]) // 6)
-        for name, foot in parts.items()
-        for block in blocks
-        if isinstance(foot, RigidFoot) and block.name == name
-    }
-    for foot, node in feet.values():
-        motion = foot_motion(foot, node, shell.position[node], free, foot.centre)
-        inertia = sp.diags_array(np.array([foot.mass] * 3 + list(foot.inertia)))
-        M = M + motion.T @ inertia @ motion
-        participation = participation + foot.mass * motion[:3].toarray().T
-        total += foot.mass
-    stiff = HINGE_STIFFNESS * float(K.diagonal().max())
+    turns = {}  # (3, n) of feet
+    for name, foot in attached.items():
+        if isinstance(foot, RigidFoot):
+            node = int(mesh.selected_nodes(foot.where, order, name)[0])
+            motion = foot_motion(foot.centre, node, shell.position[node], free)
+            M = M + motion.T @ sp.diags_array([foot.mass] * 3 + list(foot.inertia)) @ motion
+            participation = participation + foot.mass * motion[:3].toarray().T
+            total, turns[name] = total + foot.mass, motion[3:]
     for part in attached.values():
         if isinstance(part, Hinge):
-            ends = [
-                foot_motion(foot, node, shell.position[node], free, part.position)
-                for foot, node in (feet[name] for name in part.feet)
-            ]
-            K = K + hinge_matrix(part, ends, stiff)
+            gap = turns[part.feet[1]] - turns[part.feet[0]]
+            row = sp.csr_array(np.array([part.axis]) / np.linalg.norm(part.axis)) @ gap
+            K = K + part.stiffness * (row.T @ row)
     return shell.assembled(free, sp.csr_array(K), sp.csr_array(M), participation, total)
 
 

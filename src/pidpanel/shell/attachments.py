@@ -12,7 +12,6 @@ from pidpanel.shell.mesh import ShellMesh
 from pidpanel.shell.selections import Place, Selection
 
 AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-HINGE_STIFFNESS = 1e4  # of what a hinge joins, over the largest term of K
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,10 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Hinge:
-    """Two feet that turn against each other about an axis alone, with a spring."""
+    """Two feet that turn against each other about an axis alone, with a spring.
+
+    A foot has one hinge at most.
+    """
 
     feet: tuple[str, str]
     position: Place  # on the axis [m]
@@ -84,6 +86,9 @@ class Stiffener:
     shear_correction: float = 5 / 6
 
 
+Attached = ShellSupport | RigidFoot | PointMass | Hinge | Stiffener
+
+
 def arm_matrix(arm: Array) -> Array:
     """Return (…, 6, 6) motions and rotations at an arm (…, 3) [m] of a rigid body, from its own."""
     matrix = np.zeros((*arm.shape[:-1], 6, 6))
@@ -93,49 +98,63 @@ def arm_matrix(arm: Array) -> Array:
     return matrix
 
 
-def held_blocks(
-    mesh: ShellMesh, order: int, parts: Mapping[str, ShellSupport | RigidFoot]
-) -> list[Block]:
-    """Return the blocks of coordinates that supports and feet hold or join."""
+def held_blocks(mesh: ShellMesh, order: int, parts: Mapping[str, Attached]) -> list[Block]:
+    """Return the blocks of coordinates that supports, feet and hinges hold or join."""
     _, nodes = mesh.nodes(order)
     forbidden: dict[int, tuple[str, list[Array]]] = {}
-    blocks = []
+    feet: dict[str, tuple[RigidFoot, Index]] = {}
     for name, part in parts.items():
-        inside = mesh.selected_nodes(part.where, order, name)
         if isinstance(part, ShellSupport):
-            for node in inside:
+            for node in mesh.selected_nodes(part.where, order, name):
                 forbidden.setdefault(int(node), (name, []))[1].append(part.rows)
-        else:
-            columns = arm_matrix(nodes[inside] - part.centre).reshape(-1, 6)
-            if part.support is not None:
-                columns = columns @ null_space(part.support.rows)
-            blocks.append(Block(name, _dofs(inside), columns))
-    for node, (name, rows) in forbidden.items():
-        blocks.append(Block(name, _dofs(np.array([node])), null_space(np.vstack(rows))))
+        elif isinstance(part, RigidFoot):
+            feet[name] = part, mesh.selected_nodes(part.where, order, name)
+    blocks = [
+        Block(name, _dofs(np.array([node])), null_space(np.vstack(rows)))
+        for node, (name, rows) in forbidden.items()
+    ]
+    pairs = {name: part for name, part in parts.items() if isinstance(part, Hinge)}
+    hinged = [foot for hinge in pairs.values() for foot in hinge.feet]
+    for name, hinge in pairs.items():
+        if unknown := [f"{foot!r}" for foot in hinge.feet if foot not in feet]:
+            raise ValueError(f"{name}: no foot {unknown[0]}; there are {', '.join(feet) or 'none'}")
+        axis = np.append(np.zeros(3), np.array(hinge.axis) / np.linalg.norm(hinge.axis))
+        turns = np.zeros((6, 1)), axis[:, None]  # of the second foot about the axis
+        joined = [feet[foot] for foot in hinge.feet]
+        blocks.append(_foot_block(name, joined, nodes, hinge.position, turns))
+    for name, foot in feet.items():
+        if name not in hinged:
+            blocks.append(_foot_block(name, [foot], nodes, foot[0].centre, [np.zeros((6, 0))]))
     return blocks
+
+
+def _foot_block(
+    name: str,
+    feet: Sequence[tuple[RigidFoot, Index]],
+    nodes: Array,
+    place: Place,
+    turns: Sequence[Array],
+) -> Block:
+    """Return feet that move as a rigid body at a place does, and by turns of their own."""
+    motions = [np.hstack([np.eye(6), turn]) for turn in turns]
+    columns, held = [], [np.zeros((1, motions[0].shape[1]))]
+    for (foot, inside), motion in zip(feet, motions, strict=True):
+        columns.append((arm_matrix(nodes[inside] - place) @ motion).reshape(-1, motion.shape[1]))
+        if foot.support is not None:
+            centre = arm_matrix(np.subtract(foot.centre, place))
+            held.append(foot.support.rows @ centre @ motion)
+    dofs = np.concatenate([_dofs(inside) for _, inside in feet])
+    return Block(name, dofs, np.vstack(columns) @ null_space(np.vstack(held)))
 
 
 def _dofs(nodes: Index) -> Index:
     return (6 * nodes[:, None] + np.arange(6)).ravel()
 
 
-def foot_motion(
-    foot: RigidFoot, node: int, position: Array, free: sp.csr_array, place: Place
-) -> sp.csr_array:
+def foot_motion(place: Place, node: int, position: Array, free: sp.csr_array) -> sp.csr_array:
     """Return motion and rotation (6, n) of a foot at a place, from those of one of its nodes."""
     arm = np.asarray(place, dtype=float) - position
     return sp.csr_array(sp.csr_array(arm_matrix(arm)) @ free[6 * node : 6 * node + 6])
-
-
-def hinge_matrix(hinge: Hinge, ends: Sequence[sp.csr_array], stiffness: float) -> sp.csr_array:
-    """Return the stiffness (n, n) between two feet from their motions (6, n) at its place."""
-    axis = np.array(hinge.axis, dtype=float) / np.linalg.norm(hinge.axis)
-    spring = np.zeros((6, 6))
-    spring[:3, :3] = stiffness * np.eye(3)
-    spring[3:, 3:] = stiffness * (np.eye(3) - np.outer(axis, axis))
-    spring[3:, 3:] += hinge.stiffness * np.outer(axis, axis)
-    gap = ends[1] - ends[0]
-    return sp.csr_array(gap.T @ sp.csr_array(spring) @ gap)
 
 
 def beam_matrices(beam: Stiffener, nodes: Array, normals: Array) -> tuple[Array, Array]:
