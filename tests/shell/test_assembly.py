@@ -75,17 +75,17 @@ def test_w_is_the_motion_along_the_normal_and_positions_have_three_columns():
 def test_a_flat_shell_vibrates_as_the_plate_and_has_its_curvature(tmp_path):
     outline = Polygon(((0.0, 0.0), (0.9, 0.0), (0.9, 0.6), (0.0, 0.6)))
     section = SandwichSection((Ply(TAPE, 0.3e-3, 0.3),), (Ply(TAPE, 0.3e-3, 0.3),), SKEW.core)
-    flat = mesh_triangles(tmp_path / "a.msh", outline, 0.08, {}, {})
+    flat = mesh_triangles(tmp_path / "a.msh", outline, 0.05, {}, {})
     plate = assemble_shear_plate(flat, section, Supports("clamped"))
-    expected, _ = normal_modes(plate, 1500.0)
+    expected, _ = normal_modes(plate, 650.0)
     rim = {f"{axis}{at}": ShellSupport(plane(axis, at)) for axis, at in
            ((0, 0.0), (0, 0.9), (1, 0.0), (1, 0.6))}  # fmt: skip
     mesh = ShellMesh.from_triangles(flat.vertices, flat.cells, lambda p: np.concatenate(
         [p, 0 * p[..., :1]], -1))  # fmt: skip
     shell = assemble_shell(mesh, Layup(section), rim)
-    frequency, modes = normal_modes(shell, 1500.0)
-    assert np.allclose(frequency[:8], expected[:8], rtol=2e-3)
-    _, vectors = normal_modes(plate, 1500.0)
+    frequency, modes = normal_modes(shell, 650.0)
+    assert np.allclose(frequency, expected, rtol=1e-3)
+    _, vectors = normal_modes(plate, 650.0)
     first = slice(0, 1)
     for ours, theirs in zip(
         (*shell.curvature_at_vertices, *shell.shear_at_vertices),

@@ -105,28 +105,28 @@ class _Shell:
         self.mesh, self.order = mesh, order
         self.numbers, self.position = mesh.nodes(order)
         self.size = 6 * len(self.position)
-        every = np.arange(len(mesh.cells))
+        cells_all = np.arange(len(mesh.cells))
         parts = (
-            [(layup, every)]
+            [(layup, cells_all)]
             if isinstance(layup, Layup)
             else [(layup[name], cells) for name, cells in mesh.part_cells.items() if name in layup]
         )
         self.layup = [part for part, _ in parts]
         count = np.bincount(
-            np.concatenate([c for _, c in parts] or [every[:0]]), minlength=len(every)
+            np.concatenate([c for _, c in parts] or [cells_all[:0]]), minlength=len(cells_all)
         )
         if (count != 1).any():
             cell = int(np.argmax(count != 1))
             where = ", ".join(f"{x:g}" for x in mesh.vertices[mesh.cells[cell]].mean(axis=0))
             raise ValueError(f"the element at ({where}) m has {count[cell]} sections; it needs one")
-        self.of_cell = np.zeros(len(every), dtype=np.int64)
+        self.section_number = np.zeros(len(cells_all), dtype=np.int64)
         for number, (_, cells) in enumerate(parts):
-            self.of_cell[cells] = number
+            self.section_number[cells] = number
 
     def groups(self, cells: Index) -> Iterator[tuple[Layup, Index]]:
         """Yield the sections with some of their cells among the given ones."""
         for number, layup in enumerate(self.layup):
-            members = cells[self.of_cell[cells] == number]
+            members = cells[self.section_number[cells] == number]
             for start in range(0, len(members), CELLS_AT_ONCE):
                 yield layup, members[start : start + CELLS_AT_ONCE]
 
@@ -226,14 +226,14 @@ class _Shell:
         total_mass: float,
     ) -> AssembledShell:
         """Return matrices and rows in the free coordinates."""
-        mesh, every = self.mesh, np.arange(len(self.mesh.cells))
+        mesh, cells_all = self.mesh, np.arange(len(self.mesh.cells))
 
         def reduced(rows: sp.csr_array) -> sp.csr_array:
             return sp.csr_array(rows @ free)
 
         place, weight = get_quadrature(LAGRANGE[self.order], 2 * self.order)
-        frame = frames(mesh, self.order, place.T, every, None)
-        at_quadrature = reduced(self.rows(_normal_motion(frame), every))
+        frame = frames(mesh, self.order, place.T, cells_all, None)
+        at_quadrature = reduced(self.rows(_normal_motion(frame), cells_all))
         area = weight * frame.area
         number = np.arange(area.size).reshape(area.shape)
         overlap = {}
@@ -253,7 +253,7 @@ class _Shell:
         weights = np.column_stack([1 - share.sum(axis=1), share])
         corner = np.sort(mesh.cells[cells], axis=1)
         row = np.repeat(np.arange(len(points)), 3)
-        nothing = sp.csr_array((0, free.shape[1]))
+        empty = sp.csr_array((0, free.shape[1]))
         return AssembledShell(
             stiffness=stiffness,
             mass=mass,
@@ -269,7 +269,7 @@ class _Shell:
             at_quadrature=at_quadrature,
             curvature_at_vertices=tuple(map(reduced, strain[3:6])),
             shear_at_vertices=tuple(map(reduced, strain[6:8])),
-            reactions=(nothing, nothing),
+            reactions=(empty, empty),
             section=self.layup[0].section,
             inertia=participation[:, 2],
             displacement=lambda positions: tuple(map(reduced, self.displacement(positions))),

@@ -137,14 +137,14 @@ def _foot_block(
 ) -> Block:
     """Return feet that move as a rigid body at a place does, and by turns of their own."""
     motions = [np.hstack([np.eye(6), turn]) for turn in turns]
-    columns, held = [], [np.zeros((1, motions[0].shape[1]))]
+    columns, rows_held = [], [np.zeros((1, motions[0].shape[1]))]
     for (foot, inside), motion in zip(feet, motions, strict=True):
         columns.append((arm_matrix(nodes[inside] - place) @ motion).reshape(-1, motion.shape[1]))
         if foot.support is not None:
             centre = arm_matrix(np.subtract(foot.centre, place))
-            held.append(foot.support.rows @ centre @ motion)
+            rows_held.append(foot.support.rows @ centre @ motion)
     dofs = np.concatenate([_dofs(inside) for _, inside in feet])
-    return Block(name, dofs, np.vstack(columns) @ null_space(np.vstack(held)))
+    return Block(name, dofs, np.vstack(columns) @ null_space(np.vstack(rows_held)))
 
 
 def _dofs(nodes: Index) -> Index:

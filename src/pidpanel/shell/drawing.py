@@ -96,11 +96,11 @@ def mesh_surface(
     """
     with gmsh_session():
         parts = draw()
-        kept = _fragmented(parts, list(imprints))
+        pieces_of = _fragmented(parts, list(imprints))
         _set_sizes(size, sizes or {})
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(order)
-        return read_surface(kept, outward)
+        return read_surface(pieces_of, outward)
 
 
 def read_surface(parts: Mapping[str, Tags], outward: Place = UPWARD) -> ShellMesh:
@@ -141,15 +141,17 @@ def _fragmented(parts: Mapping[str, Tags], imprints: Sequence[Selection]) -> dic
     if len(surfaces) + len(tools) > 1:
         _, pieces = occ.fragment(surfaces, tools)
     owner = {name: len(tags) for name, tags in parts.items()}
-    kept, first = {}, 0
+    pieces_of, first = {}, 0
     for name, length in owner.items():
-        found = {tag for piece in pieces[first : first + length] for tag in piece if tag[0] == 2}
-        kept[name], first = sorted(found), first + length
-    every = {tag for tags in kept.values() for tag in tags}
+        surfaces_here = {
+            tag for piece in pieces[first : first + length] for tag in piece if tag[0] == 2
+        }
+        pieces_of[name], first = sorted(surfaces_here), first + length
+    wanted = {tag for tags in pieces_of.values() for tag in tags}
     occ.remove(occ.getEntities(3))
-    occ.remove([tag for tag in occ.getEntities(2) if tag not in every], recursive=True)
+    occ.remove([tag for tag in occ.getEntities(2) if tag not in wanted], recursive=True)
     occ.synchronize()
-    return kept
+    return pieces_of
 
 
 def _drawn(imprint: Selection) -> Tags:

@@ -23,7 +23,7 @@ LAGRANGE: dict[int, type[Element]] = dict(
 # Distance over the extent within which a position is on the surface, in the direction of its normal
 # and, by rounding, at its edges.
 NEAR, ROUNDING = 0.02, 1e-6
-OFF = 0.05  # see `ShellMesh.selected_edges`
+ROUGH = 0.05  # see `ShellMesh.selected_edges`
 UPWARD = (0.0, 0.0, 1.0)
 
 
@@ -158,23 +158,23 @@ class ShellMesh:
     def selected_edges(self, selection: Selection, order: int) -> Index:
         """Return the nodes (m, order + 1) of the edges within a selection, from end to end.
 
-        Nodes between the ends may be off by `OFF` of the length: straight edges of a curved surface
+        Nodes between the ends may be off by `ROUGH` of the length: straight edges of a curved surface
         are.
         """
         numbers, position = self.nodes(order)
         inner = 3 + np.arange(3 * (order - 1)).reshape(3, -1)
         ends = (0, 1), (1, 2), (0, 2)  # of skfem
-        every = np.concatenate(
+        candidates_all = np.concatenate(
             [numbers[:, [a, *nodes, b]] for (a, b), nodes in zip(ends, inner, strict=True)]
         )
-        edges = np.unique(every, axis=0)
+        edges = np.unique(candidates_all, axis=0)
         place = position[edges]
         length = np.linalg.norm(place[:, -1] - place[:, 0], axis=1)
         ends_inside = selection.contains(place[:, [0, -1]], ROUNDING * self.extent).all(axis=1)
         inside = [
             k
             for k in np.flatnonzero(ends_inside)
-            if selection.contains(place[k], OFF * length[k]).all()
+            if selection.contains(place[k], ROUGH * length[k]).all()
         ]
         return edges[inside]
 

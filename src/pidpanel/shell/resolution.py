@@ -1,7 +1,7 @@
 """Size of the elements of a shell, and the error of frequencies that they make.
 
 Displacements of order 3 are among those of order 4, so each frequency falls from order 3 to 4, and
-further with any order above. On 21 meshes of paraboloids, cylinder panels of 0.5 and 2 mm, flat and
+further with any order upper. On 21 meshes of paraboloids, cylinder panels of 0.5 and 2 mm, flat and
 angled panels, finer ones lowered it by 0.04 to 0.3 of that difference. Where that is below 0.3 %,
 singular places (clamped edges, corners) made it up to 0.66.
 """
@@ -53,8 +53,8 @@ def frequency_shifts(
         (n,) of the modes of that order [Hz], ascending, from the first.
     """
     rougher = assemble_shell(mesh, layup, attached, order - 1)
-    above, _ = normal_modes(rougher, 1.05 * float(frequency[-1]), len(frequency))
-    above = above[: len(frequency)]
-    fall = np.divide(above, frequency, out=np.ones_like(above), where=frequency > 0) - 1
+    upper, _ = normal_modes(rougher, 1.05 * float(frequency[-1]), len(frequency))
+    upper = upper[: len(frequency)]
+    fall = np.divide(upper, frequency, out=np.ones_like(upper), where=frequency > 0) - 1
     fall = np.maximum.accumulate(fall)
     return SMOOTH * fall + np.minimum(SINGULAR * fall, SINGULAR_MOST)
