@@ -86,13 +86,13 @@ def test_a_flat_shell_vibrates_as_the_plate_and_has_its_curvature(tmp_path):
     frequency, modes = normal_modes(shell, 650.0)
     assert np.allclose(frequency, expected, rtol=1e-3)
     _, vectors = normal_modes(plate, 650.0)
-    first = slice(0, 1)
+    inside = np.flatnonzero((np.abs(flat.vertices - [0.45, 0.3]) < 0.2).all(axis=1))
     for ours, theirs in zip(
         (*shell.curvature_at_vertices, *shell.shear_at_vertices),
         (*plate.curvature_at_vertices, *plate.shear_at_vertices), strict=True,
     ):  # fmt: skip
-        a, b = (ours @ modes[:, first]).ravel(), (theirs @ vectors[:, first]).ravel()
-        assert np.abs(a - b).max() < 0.05 * np.abs(b).max()
+        a, b = (ours @ modes[:, 0])[inside], (theirs @ vectors[:, 0])[inside]
+        assert np.abs(a - b).max() < 0.1 * np.abs(b).max()
 
 
 def test_a_kinked_orthotropic_structure_turned_in_space_has_the_same_frequencies():
