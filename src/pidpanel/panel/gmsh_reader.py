@@ -43,7 +43,7 @@ def _content(mesh: Path) -> dict[str, Any]:
     data = mesh.read_bytes()
     sections = {section[1]: section[0] for section in SECTION.finditer(data)}
     try:
-        with _bounded_memory(MEMORY + MEMORY_PER_BYTE * len(data)):
+        with bounded_memory(MEMORY + MEMORY_PER_BYTE * len(data)):
             gmsh.merge(str(mesh))
     except Exception as error:
         message = " ".join(str(error).split())
@@ -149,7 +149,7 @@ def _elements(
 
 
 @contextmanager
-def _bounded_memory(size: int) -> Iterator[None]:
+def bounded_memory(size: int) -> Iterator[None]:
     """Let allocations fail that take the process more than a size [bytes] beyond its present."""
     limits = resource.getrlimit(resource.RLIMIT_AS)
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])

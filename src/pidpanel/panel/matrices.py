@@ -31,6 +31,8 @@ class PlateMatrices:
     at_quadrature: sp.csr_array
     # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
     inertia: Array
+    # Of a shell, three matrices (n_vertices, n): motion along x, y, z at the vertices
+    motion_at_vertices: tuple[sp.csr_array, ...] = field(default=(), kw_only=True)
     # Two matrices (n_points, n) of reactions at single points (`point_supports`): those of supports
     # and springs [√J/m], and those of masses, to be multiplied by ω²
     reactions: tuple[sp.csr_array, sp.csr_array]

@@ -108,13 +108,16 @@ def loaded_modes(
 
 
 def normalise(plate: PlateMatrices, vectors: Array) -> Array:
-    """Scale each column to max |w| = 1 over the vertices, w > 0 there.
+    """Scale each column to max |w| = 1 over the vertices, w > 0 there; of a shell to max |u| = 1.
 
     A shape whose half-waves are the elements rests at all vertices, but for rounding: one that
     hardly moves there is scaled by w at the quadrature points.
     """
     at_vertices = plate.at_vertices @ vectors
     peak = _peaks(at_vertices)
+    if plate.motion_at_vertices:
+        size = np.sqrt(sum((rows @ vectors) ** 2 for rows in plate.motion_at_vertices))
+        return vectors / np.where(peak < 0, -size.max(axis=0), size.max(axis=0))
     step = max(1, plate.at_quadrature.shape[0] // (2 * len(at_vertices)))
     inner = np.abs(plate.at_quadrature[::step] @ vectors).max(axis=0, initial=0.0)
     hidden = np.abs(peak) < HIDDEN * inner

@@ -14,23 +14,19 @@ from pidpanel.arrays import Array, Index
 from pidpanel.panel.plate import NONE_FREE, AssembledPlate
 from pidpanel.panel.supports import free_coordinates
 from pidpanel.shell.attachments import (
-    HINGE_STIFFNESS,
-    SLACK,
+    Attached,
     Hinge,
     PointMass,
     RigidFoot,
-    ShellSupport,
     Stiffener,
     beam_matrices,
     foot_motion,
     held_blocks,
-    hinge_matrix,
 )
 from pidpanel.shell.mesh import LAGRANGE, ShellMesh
 from pidpanel.shell.strains import DRILLING_INERTIA, Frames, Layup, frames
 
 CELLS_AT_ONCE = 64  # so that memory stays bounded
-Attached = ShellSupport | RigidFoot | PointMass | Hinge | Stiffener
 Components = tuple[sp.csr_array, sp.csr_array, sp.csr_array]
 NOTHING: Mapping[str, Attached] = {}
 
@@ -41,7 +37,6 @@ class AssembledShell(AssembledPlate):
 
     # Maps positions (n_positions, 3) [m] to three arrays (n_positions, n): motion along x, y, z.
     displacement: Callable[[Array], Components] | None = None
-    motion_at_vertices: Components | tuple[()] = ()  # three arrays (n_vertices, n)
     # three arrays (n_vertices, n): strains ε (see `strains`) at the vertices [1]
     membrane_at_vertices: Components | tuple[()] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
@@ -75,9 +70,7 @@ def assemble_shell(
     """
     shell = _Shell(mesh, layup, order)
     stiffness, mass = shell.matrices()
-    parts = {name: p for name, p in attached.items() if isinstance(p, ShellSupport | RigidFoot)}
-    blocks = held_blocks(parts, shell.position, len(mesh.vertices), mesh.extent)
-    free = free_coordinates(shell.size, blocks)
+    free = free_coordinates(shell.size, held_blocks(mesh, order, attached))
     for name, part in attached.items():
         if isinstance(part, PointMass):
             rows = sp.vstack(shell.displacement(np.array([part.position])))
@@ -89,26 +82,19 @@ def assemble_shell(
     K, M = sp.csr_array(free.T @ stiffness @ free), sp.csr_array(free.T @ mass @ free)
     participation = (free.T @ (mass @ rigid)).toarray()
     total = float((rigid.T @ mass @ rigid).toarray()[0, 0])
-    feet = {
-        name: (foot, int(block.dofs[0]) // 6)
-        for name, foot in parts.items()
-        for block in blocks
-        if isinstance(foot, RigidFoot) and block.name == name
-    }
-    for foot, node in feet.values():
-        motion = foot_motion(foot, node, shell.position[node], free, foot.centre)
-        inertia = sp.diags_array(np.array([foot.mass] * 3 + list(foot.inertia)))
-        M = M + motion.T @ inertia @ motion
-        participation = participation + foot.mass * motion[:3].toarray().T
-        total += foot.mass
-    stiff = HINGE_STIFFNESS * float(K.diagonal().max())
+    turns = {}  # (3, n) of feet
+    for name, foot in attached.items():
+        if isinstance(foot, RigidFoot):
+            node = int(mesh.selected_nodes(foot.where, order, name)[0])
+            motion = foot_motion(foot.centre, node, shell.position[node], free)
+            M = M + motion.T @ sp.diags_array([foot.mass] * 3 + list(foot.inertia)) @ motion
+            participation = participation + foot.mass * motion[:3].toarray().T
+            total, turns[name] = total + foot.mass, motion[3:]
     for part in attached.values():
         if isinstance(part, Hinge):
-            ends = [
-                foot_motion(foot, node, shell.position[node], free, part.position)
-                for foot, node in (feet[name] for name in part.feet)
-            ]
-            K = K + hinge_matrix(part, ends, stiff)
+            gap = turns[part.feet[1]] - turns[part.feet[0]]
+            row = sp.csr_array(np.array([part.axis]) / np.linalg.norm(part.axis)) @ gap
+            K = K + part.stiffness * (row.T @ row)
     return shell.assembled(free, sp.csr_array(K), sp.csr_array(M), participation, total)
 
 
@@ -119,28 +105,28 @@ class _Shell:
         self.mesh, self.order = mesh, order
         self.numbers, self.position = mesh.nodes(order)
         self.size = 6 * len(self.position)
-        every = np.arange(len(mesh.cells))
+        cells_all = np.arange(len(mesh.cells))
         parts = (
-            [(layup, every)]
+            [(layup, cells_all)]
             if isinstance(layup, Layup)
             else [(layup[name], cells) for name, cells in mesh.part_cells.items() if name in layup]
         )
         self.layup = [part for part, _ in parts]
         count = np.bincount(
-            np.concatenate([c for _, c in parts] or [every[:0]]), minlength=len(every)
+            np.concatenate([c for _, c in parts] or [cells_all[:0]]), minlength=len(cells_all)
         )
         if (count != 1).any():
             cell = int(np.argmax(count != 1))
             where = ", ".join(f"{x:g}" for x in mesh.vertices[mesh.cells[cell]].mean(axis=0))
             raise ValueError(f"the element at ({where}) m has {count[cell]} sections; it needs one")
-        self.of_cell = np.zeros(len(every), dtype=np.int64)
+        self.section_number = np.zeros(len(cells_all), dtype=np.int64)
         for number, (_, cells) in enumerate(parts):
-            self.of_cell[cells] = number
+            self.section_number[cells] = number
 
     def groups(self, cells: Index) -> Iterator[tuple[Layup, Index]]:
         """Yield the sections with some of their cells among the given ones."""
         for number, layup in enumerate(self.layup):
-            members = cells[self.of_cell[cells] == number]
+            members = cells[self.section_number[cells] == number]
             for start in range(0, len(members), CELLS_AT_ONCE):
                 yield layup, members[start : start + CELLS_AT_ONCE]
 
@@ -173,13 +159,7 @@ class _Shell:
 
     def beam(self, beam: Stiffener, name: str) -> tuple[sp.csr_array, sp.csr_array]:
         """Return K and M of a stiffener."""
-        inside = beam.where.contains(self.position, SLACK * self.mesh.extent)
-        sides = [[0, 1], [1, 2], [0, 2]]  # of skfem, from the smaller vertex to the larger
-        inner = 3 + np.arange(3 * (self.order - 1)).reshape(3, -1)
-        edges = np.concatenate(
-            [self.numbers[:, [s[0], *inner[k], s[1]]] for k, s in enumerate(sides)]
-        )
-        edges = np.unique(edges[inside[edges].all(axis=1)], axis=0)
+        edges = self.mesh.selected_edges(beam.where, self.order)
         if not len(edges):
             raise ValueError(f"{name} at {beam.where}: no edge of an element is in it")
         normals = self.node_normals()
@@ -246,14 +226,14 @@ class _Shell:
         total_mass: float,
     ) -> AssembledShell:
         """Return matrices and rows in the free coordinates."""
-        mesh, every = self.mesh, np.arange(len(self.mesh.cells))
+        mesh, cells_all = self.mesh, np.arange(len(self.mesh.cells))
 
         def reduced(rows: sp.csr_array) -> sp.csr_array:
             return sp.csr_array(rows @ free)
 
         place, weight = get_quadrature(LAGRANGE[self.order], 2 * self.order)
-        frame = frames(mesh, self.order, place.T, every, None)
-        at_quadrature = reduced(self.rows(_normal_motion(frame), every))
+        frame = frames(mesh, self.order, place.T, cells_all, None)
+        at_quadrature = reduced(self.rows(_normal_motion(frame), cells_all))
         area = weight * frame.area
         number = np.arange(area.size).reshape(area.shape)
         overlap = {}
@@ -273,7 +253,7 @@ class _Shell:
         weights = np.column_stack([1 - share.sum(axis=1), share])
         corner = np.sort(mesh.cells[cells], axis=1)
         row = np.repeat(np.arange(len(points)), 3)
-        nothing = sp.csr_array((0, free.shape[1]))
+        empty = sp.csr_array((0, free.shape[1]))
         return AssembledShell(
             stiffness=stiffness,
             mass=mass,
@@ -289,7 +269,7 @@ class _Shell:
             at_quadrature=at_quadrature,
             curvature_at_vertices=tuple(map(reduced, strain[3:6])),
             shear_at_vertices=tuple(map(reduced, strain[6:8])),
-            reactions=(nothing, nothing),
+            reactions=(empty, empty),
             section=self.layup[0].section,
             inertia=participation[:, 2],
             displacement=lambda positions: tuple(map(reduced, self.displacement(positions))),

@@ -1,26 +1,37 @@
 """What holds a shell and what is joined to it: supports, rigid feet, masses, hinges, stiffeners."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.supports import Block
+from pidpanel.panel.supports import Block, null_space
+from pidpanel.shell.mesh import ShellMesh
 from pidpanel.shell.selections import Place, Selection
 
-CLAMPED, PINNED = (0, 1, 2, 3, 4, 5), (0, 1, 2)  # components held: motion along x, y, z; rotation
-SLACK = 1e-6  # over the extent: nodes nearer to a selection are in it
-HINGE_STIFFNESS = 1e4  # of what a hinge joins, over the largest term of K
+AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class ShellSupport:
-    """Nodes within a selection, of which components 0 to 5 (u, θ) along x, y, z vanish."""
+    """Nodes within a selection that do not move and do not turn along some directions.
+
+    By default they are clamped; with ``rotation=()`` they are pinned.
+    """
 
     where: Selection
-    held: tuple[int, ...] = CLAMPED
+    motion: Sequence[Place] = AXES
+    rotation: Sequence[Place] = AXES
+
+    @property
+    def rows(self) -> Array:
+        """(n, 6) on (u, θ), which vanish."""
+        rows = np.zeros((len(self.motion) + len(self.rotation), 6))
+        rows[: len(self.motion), :3] = np.reshape(self.motion, (-1, 3))
+        rows[len(self.motion) :, 3:] = np.reshape(self.rotation, (-1, 3))
+        return rows
 
 
 @dataclass(frozen=True)
@@ -28,8 +39,8 @@ class RigidFoot:
     """Nodes within a selection that move as one rigid body, such as a hold-down or a hub."""
 
     where: Selection
-    centre: Place  # of its mass, and of what is held [m]
-    held: tuple[int, ...] = ()  # components as of a `ShellSupport`
+    centre: Place  # of its mass; the support acts there [m]
+    support: ShellSupport | None = None  # directions held; its selection has no meaning
     mass: float = 0.0  # [kg]
     inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)  # about axes through the centre [kg m²]
 
@@ -44,7 +55,10 @@ class PointMass:
 
 @dataclass(frozen=True)
 class Hinge:
-    """Two feet that turn against each other about an axis alone, with a spring."""
+    """Two feet that turn against each other about an axis alone, with a spring.
+
+    A foot has one hinge at most.
+    """
 
     feet: tuple[str, str]
     position: Place  # on the axis [m]
@@ -72,6 +86,9 @@ class Stiffener:
     shear_correction: float = 5 / 6
 
 
+Attached = ShellSupport | RigidFoot | PointMass | Hinge | Stiffener
+
+
 def arm_matrix(arm: Array) -> Array:
     """Return (…, 6, 6) motions and rotations at an arm (…, 3) [m] of a rigid body, from its own."""
     matrix = np.zeros((*arm.shape[:-1], 6, 6))
@@ -81,53 +98,63 @@ def arm_matrix(arm: Array) -> Array:
     return matrix
 
 
-def selected_nodes(
-    where: Selection, nodes: Array, vertices: int, extent: float, name: str
-) -> Index:
-    """Return the nodes within a selection; a corner of an element must be among them."""
-    inside = np.flatnonzero(where.contains(nodes, SLACK * extent))
-    if not np.any(inside < vertices):
-        raise ValueError(f"{name} at {where}: no corner of an element is in it")
-    return inside
-
-
-def held_blocks(
-    parts: dict[str, ShellSupport | RigidFoot], nodes: Array, vertices: int, extent: float
-) -> list[Block]:
-    """Return the blocks of coordinates that supports and feet hold or join."""
-    blocks = []
-    held = np.zeros((len(nodes), 6), dtype=bool)
+def held_blocks(mesh: ShellMesh, order: int, parts: Mapping[str, Attached]) -> list[Block]:
+    """Return the blocks of coordinates that supports, feet and hinges hold or join."""
+    _, nodes = mesh.nodes(order)
+    forbidden: dict[int, tuple[str, list[Array]]] = {}
+    feet: dict[str, tuple[RigidFoot, Index]] = {}
     for name, part in parts.items():
-        inside = selected_nodes(part.where, nodes, vertices, extent, name)
         if isinstance(part, ShellSupport):
-            held[inside[:, None], list(part.held)] = True
-        else:
-            columns = arm_matrix(nodes[inside] - part.centre).reshape(-1, 6)
-            dofs = (6 * inside[:, None] + np.arange(6)).ravel()
-            blocks.append(Block(name, dofs, np.delete(columns, part.held, axis=1)))
-    dofs = np.flatnonzero(held.ravel())
-    if dofs.size:
-        blocks.append(Block("a support", dofs, np.zeros((len(dofs), 0))))
+            for node in mesh.selected_nodes(part.where, order, name):
+                forbidden.setdefault(int(node), (name, []))[1].append(part.rows)
+        elif isinstance(part, RigidFoot):
+            feet[name] = part, mesh.selected_nodes(part.where, order, name)
+    blocks = [
+        Block(name, _dofs(np.array([node])), null_space(np.vstack(rows)))
+        for node, (name, rows) in forbidden.items()
+    ]
+    pairs = {name: part for name, part in parts.items() if isinstance(part, Hinge)}
+    hinged = [foot for hinge in pairs.values() for foot in hinge.feet]
+    for name, hinge in pairs.items():
+        if unknown := [f"{foot!r}" for foot in hinge.feet if foot not in feet]:
+            raise ValueError(f"{name}: no foot {unknown[0]}; there are {', '.join(feet) or 'none'}")
+        axis = np.append(np.zeros(3), np.array(hinge.axis) / np.linalg.norm(hinge.axis))
+        turns = np.zeros((6, 1)), axis[:, None]  # of the second foot about the axis
+        joined = [feet[foot] for foot in hinge.feet]
+        blocks.append(_foot_block(name, joined, nodes, hinge.position, turns))
+    for name, foot in feet.items():
+        if name not in hinged:
+            blocks.append(_foot_block(name, [foot], nodes, foot[0].centre, [np.zeros((6, 0))]))
     return blocks
 
 
-def foot_motion(
-    foot: RigidFoot, node: int, position: Array, free: sp.csr_array, place: Place
-) -> sp.csr_array:
+def _foot_block(
+    name: str,
+    feet: Sequence[tuple[RigidFoot, Index]],
+    nodes: Array,
+    place: Place,
+    turns: Sequence[Array],
+) -> Block:
+    """Return feet that move as a rigid body at a place does, and by turns of their own."""
+    motions = [np.hstack([np.eye(6), turn]) for turn in turns]
+    columns, rows_held = [], [np.zeros((1, motions[0].shape[1]))]
+    for (foot, inside), motion in zip(feet, motions, strict=True):
+        columns.append((arm_matrix(nodes[inside] - place) @ motion).reshape(-1, motion.shape[1]))
+        if foot.support is not None:
+            centre = arm_matrix(np.subtract(foot.centre, place))
+            rows_held.append(foot.support.rows @ centre @ motion)
+    dofs = np.concatenate([_dofs(inside) for _, inside in feet])
+    return Block(name, dofs, np.vstack(columns) @ null_space(np.vstack(rows_held)))
+
+
+def _dofs(nodes: Index) -> Index:
+    return (6 * nodes[:, None] + np.arange(6)).ravel()
+
+
+def foot_motion(place: Place, node: int, position: Array, free: sp.csr_array) -> sp.csr_array:
     """Return motion and rotation (6, n) of a foot at a place, from those of one of its nodes."""
     arm = np.asarray(place, dtype=float) - position
     return sp.csr_array(sp.csr_array(arm_matrix(arm)) @ free[6 * node : 6 * node + 6])
-
-
-def hinge_matrix(hinge: Hinge, ends: Sequence[sp.csr_array], stiffness: float) -> sp.csr_array:
-    """Return the stiffness (n, n) between both feet, whose motions (6, n) at its place are given."""
-    axis = np.array(hinge.axis, dtype=float) / np.linalg.norm(hinge.axis)
-    spring = np.zeros((6, 6))
-    spring[:3, :3] = stiffness * np.eye(3)
-    spring[3:, 3:] = stiffness * (np.eye(3) - np.outer(axis, axis))
-    spring[3:, 3:] += hinge.stiffness * np.outer(axis, axis)
-    gap = ends[1] - ends[0]
-    return sp.csr_array(gap.T @ sp.csr_array(spring) @ gap)
 
 
 def beam_matrices(beam: Stiffener, nodes: Array, normals: Array) -> tuple[Array, Array]:

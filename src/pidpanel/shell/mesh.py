@@ -23,6 +23,7 @@ LAGRANGE: dict[int, type[Element]] = dict(
 # Distance over the extent within which a position is on the surface, in the direction of its normal
 # and, by rounding, at its edges.
 NEAR, ROUNDING = 0.02, 1e-6
+ROUGH = 0.05  # see `ShellMesh.selected_edges`
 UPWARD = (0.0, 0.0, 1.0)
 
 
@@ -153,6 +154,37 @@ class ShellMesh:
         value, _, _ = lagrange(self.order, reference_nodes(order))
         position[numbers] = np.einsum("nk,ckx->cnx", value, self.geometry)
         return numbers, position
+
+    def selected_edges(self, selection: Selection, order: int) -> Index:
+        """Return the nodes (m, order + 1) of the edges within a selection, from end to end.
+
+        Nodes between the ends may be off by `ROUGH` of the length: straight edges of a curved surface
+        are.
+        """
+        numbers, position = self.nodes(order)
+        inner = 3 + np.arange(3 * (order - 1)).reshape(3, -1)
+        ends = (0, 1), (1, 2), (0, 2)  # of skfem
+        candidates_all = np.concatenate(
+            [numbers[:, [a, *nodes, b]] for (a, b), nodes in zip(ends, inner, strict=True)]
+        )
+        edges = np.unique(candidates_all, axis=0)
+        place = position[edges]
+        length = np.linalg.norm(place[:, -1] - place[:, 0], axis=1)
+        ends_inside = selection.contains(place[:, [0, -1]], ROUNDING * self.extent).all(axis=1)
+        inside = [
+            k
+            for k in np.flatnonzero(ends_inside)
+            if selection.contains(place[k], ROUGH * length[k]).all()
+        ]
+        return edges[inside]
+
+    def selected_nodes(self, selection: Selection, order: int, name: str) -> Index:
+        """Return the nodes within a selection; the name is for messages."""
+        _, position = self.nodes(order)
+        inside = np.flatnonzero(selection.contains(position, ROUNDING * self.extent))
+        if not np.any(inside < len(self.vertices)):
+            raise ValueError(f"{name} = {selection}: no corner of an element is in it")
+        return np.union1d(inside, self.selected_edges(selection, order).ravel())
 
     def selected(self, selection: Selection, name: str) -> Index:
         """Return the cells whose centre is in a selection; the name is for messages."""

@@ -70,3 +70,21 @@ class Ring:
     def __str__(self) -> str:
         """Return both radii in metres."""
         return f"ring of {self.inner:g} to {self.outer:g} m about {self.centre}"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line between two places [m]."""
+
+    start: Place
+    end: Place
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) are on the line."""
+        arm, step = position - np.array(self.start), np.subtract(self.end, self.start)
+        share = np.clip(arm @ step / (step @ step), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(arm - share[..., None] * step, axis=-1) <= slack)
+
+    def __str__(self) -> str:
+        """Return both ends in metres."""
+        return f"line from {self.start} to {self.end} m"

@@ -89,26 +89,26 @@ class Frames:
         """(n_cells, n_places, 9, 6k) of (ε, κ, γ, drilling) per displacement and rotation."""
         e, n = self.axes[:, :, :2], self.axes[:, :, 2]
         N, d = np.broadcast_to(self.value, self.slope.shape[:3]), self.slope
-        of_u = np.einsum("cqix,cqaj->cqijax", e, d)
+        gradient = np.einsum("cqix,cqaj->cqijax", e, d)
         across = np.cross(n[:, :, None], e)  # e_i·(θ × n) = θ·(n × e_i)
         turned = np.einsum("cqkj,cqkx->cqjx", self.curvature, e)  # ∂_j n
-        of_turn = np.cross(turned[:, :, None], e[:, :, :, None])  # (…, i, j, x)
+        swing = np.cross(turned[:, :, None], e[:, :, :, None])  # (…, i, j, x)
         rotation = np.einsum("cqix,cqaj->cqijax", across, d)
-        rotation += np.einsum("cqijx,cqa->cqijax", of_turn, N)
-        bent = -np.einsum("cqikax,cqkj->cqijax", of_u, self.curvature)
+        rotation += np.einsum("cqijx,cqa->cqijax", swing, N)
+        bent = -np.einsum("cqikax,cqkj->cqijax", gradient, self.curvature)
         rows = np.zeros((*self.slope.shape[:2], 9, d.shape[2], 6))
         for i in (0, 1):
-            rows[:, :, i, :, :3] = of_u[:, :, i, i]
+            rows[:, :, i, :, :3] = gradient[:, :, i, i]
             rows[:, :, 3 + i, :, :3], rows[:, :, 3 + i, :, 3:] = (
                 bent[:, :, i, i],
                 rotation[:, :, i, i],
             )
             rows[:, :, 6 + i, :, :3] = np.einsum("cqx,cqa->cqax", n, d[..., i])
             rows[:, :, 6 + i, :, 3:] = np.einsum("cqx,cqa->cqax", across[:, :, i], N)
-        rows[:, :, 2, :, :3] = of_u[:, :, 0, 1] + of_u[:, :, 1, 0]
+        rows[:, :, 2, :, :3] = gradient[:, :, 0, 1] + gradient[:, :, 1, 0]
         rows[:, :, 5, :, :3] = bent[:, :, 0, 1] + bent[:, :, 1, 0]
         rows[:, :, 5, :, 3:] = rotation[:, :, 0, 1] + rotation[:, :, 1, 0]
-        rows[:, :, 8, :, :3] = (of_u[:, :, 0, 1] - of_u[:, :, 1, 0]) / 2
+        rows[:, :, 8, :, :3] = (gradient[:, :, 0, 1] - gradient[:, :, 1, 0]) / 2
         rows[:, :, 8, :, 3:] = np.einsum("cqx,cqa->cqax", n, N)
         return rows.reshape(*rows.shape[:3], 6 * rows.shape[3])
 
@@ -135,7 +135,7 @@ def frames(mesh: ShellMesh, order: int, place: Array, cells: Index, layup: Layup
         Order of the displacements.
     place
         (n_places, 2) in the reference triangle, the same in all cells; (n_cells, n_places, 2) if
-        each has its own.
+        each has its cell_axis.
     layup
         Section whose axis is e₁; None where any axes will do.
     """
@@ -145,11 +145,11 @@ def frames(mesh: ShellMesh, order: int, place: Array, cells: Index, layup: Layup
         part.reshape(*shape, *part.shape[1:]) for part in lagrange(mesh.order, flat)
     )
     value, slope, _ = (part.reshape(*shape, *part.shape[1:]) for part in lagrange(order, flat))
-    own = "c" if place.ndim == 3 else ""
+    cell_axis = "c" if place.ndim == 3 else ""
     nodes = mesh.geometry[cells]
-    position = np.einsum(f"{own}qk,ckx->cqx", form, nodes)
-    tangent = np.einsum(f"{own}qkd,ckx->cqdx", first, nodes)
-    bend = np.einsum(f"{own}qkde,ckx->cqdex", second, nodes)
+    position = np.einsum(f"{cell_axis}qk,ckx->cqx", form, nodes)
+    tangent = np.einsum(f"{cell_axis}qkd,ckx->cqdx", first, nodes)
+    bend = np.einsum(f"{cell_axis}qkde,ckx->cqdex", second, nodes)
     cross = np.cross(tangent[:, :, 0], tangent[:, :, 1])
     area = np.linalg.norm(cross, axis=-1)
     change = np.cross(bend[:, :, 0], tangent[:, :, 1, None]) + np.cross(
@@ -157,18 +157,18 @@ def frames(mesh: ShellMesh, order: int, place: Array, cells: Index, layup: Layup
     )  # (c, q, e, x)
     side = mesh.side[cells][:, None, None]
     n = side * cross / area[..., None]
-    of_n = side[..., None] * change / area[..., None, None]
-    of_n -= np.einsum("cqex,cqx->cqe", of_n, n)[..., None] * n[:, :, None]
+    normal_slope = side[..., None] * change / area[..., None, None]
+    normal_slope -= np.einsum("cqex,cqx->cqe", normal_slope, n)[..., None] * n[:, :, None]
     e = _axes(n, layup)
     metric = np.linalg.inv(np.einsum("cqdx,cqex->cqde", tangent, tangent))
     # ∂ along e_i = Σ_α (e_i·a^α) ∂_α
     along = np.einsum("cqix,cqdx,cqde->cqie", e, tangent, metric)
     return Frames(
         value=value,
-        slope=np.einsum(f"cqie,{own}qae->cqai", along, slope),
+        slope=np.einsum(f"cqie,{cell_axis}qae->cqai", along, slope),
         position=position,
         axes=np.concatenate([e, n[:, :, None]], axis=2),
-        curvature=np.einsum("cqix,cqje,cqex->cqij", e, along, of_n),
+        curvature=np.einsum("cqix,cqje,cqex->cqij", e, along, normal_slope),
         area=area,
     )
 

@@ -1,0 +1,186 @@
+"""Curved meshes of shells by gmsh: of shapes by parameters, and of surfaces in files.
+
+Elements follow the edges of the selections given as imprints, such as patches and feet.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import gmsh
+import numpy as np
+
+from pidpanel.arrays import Array, Index
+from pidpanel.panel.mesh import gmsh_session
+from pidpanel.shell.mesh import UPWARD, ShellMesh
+from pidpanel.shell.selections import Box, Line, Place, Ring, Selection, Sphere
+
+ORDERS = {2: 1, 9: 2, 21: 3, 23: 4}  # order of gmsh's triangles by the number of their kind
+ROUND = 8  # least number of elements round a circle
+Tags = list[tuple[int, int]]
+Drawing = Callable[[], Mapping[str, Tags]]  # draws with gmsh's OCC; surfaces of each part by name
+
+
+def paraboloid(diameter: float, focal_length: float, hub_diameter: float = 0.0) -> Drawing:
+    """Return the drawing of z = r²/4F [m] from its hub to its rim, as part ``reflector``."""
+    inner, outer = hub_diameter / 2, diameter / 2
+    # a parabola is the Bézier curve of its ends and of the point where the tangents there meet
+    x = [inner, (inner + outer) / 2, outer]
+    z = [inner**2, inner * outer, outer**2]
+
+    def draw() -> Mapping[str, Tags]:
+        occ = gmsh.model.occ
+        points = [occ.addPoint(r, 0.0, s / (4 * focal_length)) for r, s in zip(x, z, strict=True)]
+        # two halves, since a surface that closes on itself has a seam
+        curve, copy = occ.addBezier(points), occ.addBezier(points)
+        occ.rotate([(1, copy)], 0, 0, 0, 0, 0, 1, np.pi)
+        turned = [occ.revolve([(1, c)], 0, 0, 0, 0, 0, 1, np.pi) for c in (curve, copy)]
+        return {"reflector": [tag for part in turned for tag in part if tag[0] == 2]}
+
+    return draw
+
+
+def cylinder_panel(radius: float, length: float, arc: float) -> Drawing:
+    """Return the drawing of a panel of an arc length [m] about the x axis, as part ``panel``.
+
+    It lies at 0 ≤ x ≤ length, symmetric about the plane y = 0, with its crown at z = radius.
+    """
+
+    def draw() -> Mapping[str, Tags]:
+        occ, half = gmsh.model.occ, arc / radius / 2
+        centre = occ.addPoint(0.0, 0.0, 0.0)
+        ends = [
+            occ.addPoint(0.0, radius * np.sin(turn), radius * np.cos(turn))
+            for turn in (-half, half)
+        ]
+        curve = occ.addCircleArc(ends[0], centre, ends[1])
+        parts = occ.extrude([(1, curve)], length, 0, 0)
+        return {"panel": [tag for tag in parts if tag[0] == 2]}
+
+    return draw
+
+
+def flat_panels(corners: Mapping[str, Sequence[Place]]) -> Drawing:
+    """Return the drawing of plane polygons in space, by name; they are joined where they touch."""
+
+    def draw() -> Mapping[str, Tags]:
+        occ = gmsh.model.occ
+        surfaces = {}
+        for name, places in corners.items():
+            points = [occ.addPoint(*place) for place in places]
+            ends = zip(points, points[1:] + points[:1], strict=True)
+            loop = occ.addCurveLoop([occ.addLine(*pair) for pair in ends])
+            surfaces[name] = [(2, occ.addPlaneSurface([loop]))]
+        return surfaces
+
+    return draw
+
+
+def mesh_surface(
+    draw: Drawing,
+    size: float,
+    imprints: Iterable[Selection] = (),
+    *,
+    sizes: Mapping[Selection, float] | None = None,
+    order: int = 4,
+    outward: Place = UPWARD,
+) -> ShellMesh:
+    """Mesh what a function draws by curved triangles; parts that touch share their edges.
+
+    Parameters
+    ----------
+    size
+        Length of the edges of elements [m].
+    imprints
+        Selections whose edges elements follow.
+    sizes
+        Shorter edges [m] within selections.
+    """
+    with gmsh_session():
+        parts = draw()
+        pieces_of = _fragmented(parts, list(imprints))
+        _set_sizes(size, sizes or {})
+        gmsh.model.mesh.generate(2)
+        gmsh.model.mesh.setOrder(order)
+        return read_surface(pieces_of, outward)
+
+
+def read_surface(parts: Mapping[str, Tags], outward: Place = UPWARD) -> ShellMesh:
+    """Return the triangles of the surfaces of gmsh's model; parts are lists of surfaces."""
+    tags, positions, _ = gmsh.model.mesh.getNodes()
+    number = np.zeros(int(tags.max()) + 1, dtype=np.int64)
+    number[tags] = np.arange(len(tags))
+    elements: list[Array] = []
+    part_cells: dict[str, Index] = {}
+    count, kind = 0, 0
+    for name, surfaces in parts.items():
+        start = count
+        for surface in surfaces:
+            kinds, _, nodes = gmsh.model.mesh.getElements(*surface)
+            for kind, corners in zip(kinds, nodes, strict=True):
+                if kind not in ORDERS:
+                    shape = gmsh.model.mesh.getElementProperties(kind)[0]
+                    raise ValueError(f"{name}: a {shape}; allowed are triangles of order 1 to 4")
+                width = (ORDERS[kind] + 1) * (ORDERS[kind] + 2) // 2
+                elements.append(number[corners].reshape(-1, width))
+                count += len(elements[-1])
+        part_cells[name] = np.arange(start, count)
+    if len({block.shape[1] for block in elements}) != 1:
+        raise ValueError("no triangles, or triangles of several orders; allowed is one order")
+    _, _, _, width, local, _ = gmsh.model.mesh.getElementProperties(kind)
+    reference = np.array(local).reshape(width, -1)[:, :2]
+    nodes = positions.reshape(-1, 3)
+    mesh = ShellMesh.from_nodes(nodes, np.concatenate(elements), reference, outward)
+    return ShellMesh(mesh.vertices, mesh.cells, mesh.geometry, part_cells=part_cells)
+
+
+def _fragmented(parts: Mapping[str, Tags], imprints: Sequence[Selection]) -> dict[str, Tags]:
+    """Cut the parts along each other and the imprints; return their pieces by name."""
+    occ = gmsh.model.occ
+    surfaces = [tag for tags in parts.values() for tag in tags]
+    tools = [tag for imprint in imprints for tag in _drawn(imprint)]
+    pieces = [[tag] for tag in surfaces]
+    if len(surfaces) + len(tools) > 1:
+        _, pieces = occ.fragment(surfaces, tools)
+    owner = {name: len(tags) for name, tags in parts.items()}
+    pieces_of, first = {}, 0
+    for name, length in owner.items():
+        surfaces_here = {
+            tag for piece in pieces[first : first + length] for tag in piece if tag[0] == 2
+        }
+        pieces_of[name], first = sorted(surfaces_here), first + length
+    wanted = {tag for tags in pieces_of.values() for tag in tags}
+    occ.remove(occ.getEntities(3))
+    occ.remove([tag for tag in occ.getEntities(2) if tag not in wanted], recursive=True)
+    occ.synchronize()
+    return pieces_of
+
+
+def _drawn(imprint: Selection) -> Tags:
+    """Draw the outline of a selection: volumes, or a line."""
+    occ = gmsh.model.occ
+    if isinstance(imprint, Box):
+        edges = np.subtract(imprint.high, imprint.low)
+        return [(3, occ.addBox(*imprint.low, *edges))]
+    if isinstance(imprint, Sphere):
+        return [(3, occ.addSphere(*imprint.centre, imprint.radius))]
+    if isinstance(imprint, Line):
+        return [(1, occ.addLine(*(occ.addPoint(*end) for end in (imprint.start, imprint.end))))]
+    if isinstance(imprint, Ring):
+        reach = 10 * np.array(imprint.axis) / np.linalg.norm(imprint.axis) * imprint.outer
+        base = imprint.centre - reach
+        radii = {imprint.inner, imprint.outer} - {0.0}
+        return [(3, occ.addCylinder(*base, *(2 * reach), radius)) for radius in sorted(radii)]
+    return []
+
+
+def _set_sizes(size: float, sizes: Mapping[Selection, float]) -> None:
+    """Set the length of edges, and shorter ones within selections."""
+    for option in ("MeshSizeFromPoints", "MeshSizeExtendFromBoundary"):
+        gmsh.option.setNumber(f"Mesh.{option}", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", ROUND)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    if sizes:
+        gmsh.model.mesh.setSizeCallback(
+            lambda _dim, _tag, x, y, z, _size: min(
+                [size, *(s for where, s in sizes.items() if where.contains(np.array([x, y, z])))]
+            )
+        )

@@ -1,0 +1,82 @@
+"""Shapes by parameters and their patches."""
+
+import numpy as np
+import pytest
+
+from pidpanel.panel.modes import normal_modes
+from pidpanel.shell.assembly import assemble_shell
+from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
+from pidpanel.shell.resolution import element_size, frequency_shifts
+from pidpanel.shell.selections import Box, Ring, Sphere
+from pidpanel.shell.strains import Layup
+from tests.shells import SANDWICH
+
+
+def paraboloid_area(focal_length, inner, outer):
+    """Of z = r²/4F between two radii."""
+    a, b = (8 * np.pi / 3 * focal_length**2 * (1 + (r / (2 * focal_length)) ** 2) ** 1.5
+            for r in (inner, outer))  # fmt: skip
+    return b - a
+
+
+def test_a_paraboloid_and_its_rings_have_their_areas():
+    rings = {
+        "inner": Ring(0.2, 0.3),
+        "outer": Ring(0.45, 0.55),
+        "spot": Sphere((0.3, 0, 0.047), 0.03),
+    }
+    mesh = mesh_surface(paraboloid(1.2, 0.48, 0.24), 0.15, rings.values()).with_names(rings, {})
+    shell = assemble_shell(mesh, Layup(SANDWICH))
+    area = shell.quadrature_weight.reshape(len(mesh.cells), -1).sum(axis=1)
+    assert area.sum() == pytest.approx(paraboloid_area(0.48, 0.12, 0.6), rel=1e-6)
+    for name, radii in (("inner", (0.2, 0.3)), ("outer", (0.45, 0.55))):
+        patch = area[mesh.patch_cells[name]].sum()
+        assert patch == pytest.approx(paraboloid_area(0.48, *radii), rel=1e-5)
+    assert area[mesh.patch_cells["spot"]].sum() == pytest.approx(np.pi * 0.03**2, rel=1e-3)
+    x, y, z = shell.quadrature_position.T
+    assert np.allclose(z, (x**2 + y**2) / (4 * 0.48), atol=3e-6)
+    assert shell.quadrature_normal[:, 2].min() > 0.8
+
+
+def test_a_whole_paraboloid_and_a_cylinder_panel_have_their_areas_and_boxes():
+    dish = assemble_shell(mesh_surface(paraboloid(1.0, 0.4), 0.2), Layup(SANDWICH))
+    assert dish.quadrature_weight.sum() == pytest.approx(paraboloid_area(0.4, 0, 0.5), rel=1e-5)
+    box = Box((0.2, -0.2, 0.0), (0.6, 0.2, 2.0))
+    mesh = mesh_surface(cylinder_panel(1.0, 0.8, 0.9), 0.2, [box]).with_names({"b": box}, {})
+    shell = assemble_shell(mesh, Layup(SANDWICH))
+    area = shell.quadrature_weight.reshape(len(mesh.cells), -1).sum(axis=1)
+    assert area.sum() == pytest.approx(0.8 * 0.9, rel=1e-6)
+    assert area[mesh.patch_cells["b"]].sum() == pytest.approx(0.4 * 2 * np.arcsin(0.2), rel=1e-6)
+
+
+def test_panels_of_a_box_share_their_edges():
+    a, b, c = 0.5, 0.4, 0.3
+    sides = {
+        "bottom": [(0, 0, 0), (a, 0, 0), (a, b, 0), (0, b, 0)],
+        "top": [(0, 0, c), (a, 0, c), (a, b, c), (0, b, c)],
+        "front": [(0, 0, 0), (a, 0, 0), (a, 0, c), (0, 0, c)],
+        "back": [(0, b, 0), (a, b, 0), (a, b, c), (0, b, c)],
+        "left": [(0, 0, 0), (0, b, 0), (0, b, c), (0, 0, c)],
+        "right": [(a, 0, 0), (a, b, 0), (a, b, c), (a, 0, c)],
+    }
+    mesh = mesh_surface(flat_panels(sides), 0.3)
+    shell = assemble_shell(mesh, {name: Layup(SANDWICH) for name in sides})
+    outward = np.sum(
+        shell.quadrature_normal * (shell.quadrature_position - [a / 2, b / 2, c / 2]), 1
+    )
+    assert outward.min() > 0.1
+    assert np.sum(normal_modes(shell, 10.0, 8)[0] == 0) == 6  # one piece
+
+
+def test_the_error_of_a_mesh_is_stated_and_falls_with_its_size():
+    layup, draw = Layup(SANDWICH), cylinder_panel(1.0, 0.8, 0.6)
+    size = element_size(layup, 900.0)
+    fine, _ = normal_modes(assemble_shell(mesh_surface(draw, size / 2), layup), 900.0)
+    stated = []
+    for factor in (2.0, 1.0):
+        mesh = mesh_surface(draw, factor * size)
+        frequency = normal_modes(assemble_shell(mesh, layup), 900.0, len(fine))[0][: len(fine)]
+        shift = frequency_shifts(mesh, layup, frequency=frequency)
+        assert np.all(frequency[6:] / fine[6:] - 1 < shift[6:])
+        stated.append(shift.max())
+    assert stated[1] < 2e-3 < stated[0]
