@@ -175,13 +175,13 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
 def _check_layouts(study: Study, *, is_meshed: bool) -> Iterator[Mistake]:
     """Yield patches of one layout that fill the same cells; a blanket may lie on filled ones."""
     from pidpanel.panel.from_study import StudiedPanel
-    from pidpanel.structure.from_study import StudiedStructure
+    from pidpanel.structure.from_study import structure_of
 
     shapes = {name: getattr(patch, "shape", None) for name, patch in study.panel.patches.items()}
     cells: Mapping[str, Index] = {}
     if None in shapes.values() and is_meshed:
         if isinstance(study.panel, Structure):
-            cells = StudiedStructure(study.panel).patches
+            cells = structure_of(study.panel).patches
         elif foreign := (panel := StudiedPanel(study.panel)).foreign:
             cells = foreign.panel_mesh(panel.patches, {}).patch_cells
 
@@ -348,11 +348,12 @@ def _check_mesh(
     panel: Panel | Structure, highest: float, damper_mass: Mapping[str, float]
 ) -> Iterator[Mistake]:
     from pidpanel.panel.from_study import StudiedPanel
-    from pidpanel.structure.from_study import StructureRefused, StudiedStructure
+    from pidpanel.structure.any_structure import StructureRefused
+    from pidpanel.structure.from_study import structure_of
 
     if isinstance(panel, Structure):
         try:
-            StudiedStructure(panel).check(highest)
+            structure_of(panel).check(highest)
         except StructureRefused as refused:
             yield Mistake(("panel", *refused.keys), str(refused))
         return

@@ -163,18 +163,20 @@ def _of_panel(study: Study, panel: Panel, estimate: PanelEstimate) -> Iterator[t
 
 def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]:
     """Yield what is checked first of a structure, each with its label."""
-    from pidpanel.structure.from_study import StudiedStructure
+    from pidpanel.structure.from_study import structure_of
 
-    studied = StudiedStructure(section)
-    area, cells = studied.surface.area, studied.surface.cells
-    yield "surface", f"{area.sum():.4g} m², {section.mass_kg:g} kg"
-    yield "mesh", f"{len(cells)} triangles, {len(studied.surface.vertices)} nodes"
-    yield "file", "; ".join(studied.remarks)
-    frequency = studied.model.frequency
-    yield "modes", f"{', '.join(f'{f:.4g}' for f in frequency[:MODES])} Hz"
-    patch_area = {name: float(area[inside].sum()) for name, inside in studied.patches.items()}
-    yield "patches", "; ".join(f"{name} {value:.4g} m²" for name, value in patch_area.items())
-    yield from _of_inputs(study, patch_area, section.mass_kg)
+    structure = structure_of(section)
+    area, cells = structure.surface.area, structure.surface.cells
+    mass = structure.section.mass_per_area * float(area.sum())
+    yield "surface", f"{area.sum():.4g} m², {mass:.3g} kg"
+    yield "mesh", f"{len(cells)} elements, {len(structure.surface.vertices)} nodes"
+    if remarks := structure.remarks:
+        yield "file", "; ".join(remarks)
+    yield "modes", f"{', '.join(f'{f:.4g}' for f in structure.first_frequency[:MODES])} Hz"
+    patch_area = {name: float(area[inside].sum()) for name, inside in structure.patches.items()}
+    if patch_area:
+        yield "patches", "; ".join(f"{name} {value:.4g} m²" for name, value in patch_area.items())
+    yield from _of_inputs(study, patch_area, mass)
     if study.sound is not None:
         yield from (("sound", text) for text in _of_sound(study, None) if text)
 

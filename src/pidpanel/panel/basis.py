@@ -3,7 +3,7 @@
 Its face is condensed by `pidpanel.geometry.plane_waves`, as the sound needs it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -56,6 +56,8 @@ class PanelBasis(WettedFace):
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
     point_names: tuple[str, ...]  # names of the response points, in the order of `shape_at_points`
     patch_names: tuple[str, ...]  # names of the patches, in the order of `patch_overlap`
+    # (n,) by how much the mesh raises frequencies at most [1], where it is known mode by mode
+    frequency_shift: Array | None = field(default=None, kw_only=True)
 
 
 def basis_of(mesh: PanelMesh, plate: PlateMatrices, shapes: Shapes) -> PanelBasis:

@@ -40,9 +40,6 @@ class AssembledShell(AssembledPlate):
     # three arrays (n_vertices, n): strains ε (see `strains`) at the vertices [1]
     membrane_at_vertices: Components | tuple[()] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
-    quadrature_normal: Array | None = None  # (n_quadrature, 3)
-    # (n, 3) Nᵀ M 1 of all masses: force per acceleration of all supports along x, y, z [kg]
-    participation: Array | None = None
     total_mass: float = 0.0  # [kg]
 
 

@@ -1,4 +1,4 @@
-"""The section ``structure`` of a study: modes of another solver in place of a panel meshed here."""
+"""The section ``structure`` of a study: a shell or the modes of another solver."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -8,84 +8,25 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from pidpanel.damping_ratio import DampingRatio
-from pidpanel.study.base import Coordinate, SectionModel, Size, Text, file_in
+from pidpanel.study.base import SectionModel, Text, file_in
 from pidpanel.study.choice import TAG
 from pidpanel.study.damping_ratio import DampingRatios, damping_ratio_of, mistakes_of_damping_ratio
 from pidpanel.study.mistakes import Mistake, mistakes_of_names
 from pidpanel.study.panel import Panel
-from pidpanel.study.quantity import Quantity, whole
+from pidpanel.study.places import Along, SurfaceArea, SurfacePoint
+from pidpanel.study.quantity import Quantity
+from pidpanel.study.section import SandwichSectionInput, SolidSectionInput, ThinSectionInput
+from pidpanel.study.shell import Shell
 from pidpanel.study.supports import Mass, SupportsInput
 
 MODE_SUFFIXES = (".vtu", ".unv", ".uff", ".op2", ".frd")  # in any case
 KEY = "structure"  # of a study, in place of its panel
-Place = tuple[Coordinate, Coordinate, Coordinate]
-Direction = tuple[float, float, float]
 
 
 def _check_suffix(file: Path) -> Path:
     if file.suffix.lower() not in MODE_SUFFIXES:
         raise ValueError(f"must end in one of {', '.join(MODE_SUFFIXES)}")
     return file
-
-
-def _check_direction(direction: Direction) -> Direction:
-    if not any(direction):
-        raise ValueError("must not be the zero vector")
-    return direction
-
-
-Along = Annotated[Direction, AfterValidator(_check_direction)]
-
-
-class SurfaceArea(SectionModel):
-    """Elements of a surface: a group, or those with a middle in a sphere, box, ring, polygon."""
-
-    group: Text | None = None
-    """Group of the file: an element set, a property number, a physical group."""
-    centre_m: Place | None = None
-    """Centre of a sphere, or a point on the axis of a ring (x, y, z) [m]."""
-    radius_m: Size | None = None
-    """Radius of a sphere [m]."""
-    from_m: Place | None = None
-    """Corner of a box with the least coordinates (x, y, z) [m]."""
-    to_m: Place | None = None
-    """Corner of a box with the greatest coordinates (x, y, z) [m]."""
-    radii_m: tuple[Annotated[float, Quantity(0, 30)], Size] | None = None
-    """Inner and outer radius of a ring about the axis [m]."""
-    corners_m: Annotated[tuple[Place, ...], Field(min_length=3)] | None = None
-    """Corners of a polygon (x, y, z) in order [m], projected along a direction."""
-    along: Along | None = None
-    """Axis of a ring, or direction in which a polygon is projected (x, y, z)."""
-    normal: Along | None = None
-    """Direction of the motion of the particles (x, y, z); by default the mean normal of the
-    elements."""
-    forms: ClassVar = (
-        ("group",),
-        ("centre_m", "radius_m"),
-        ("from_m", "to_m"),
-        ("centre_m", "radii_m", "along"),
-        ("corners_m", "along"),
-    )
-
-    def mistakes(self) -> Iterator[Mistake]:
-        if self.radii_m is not None and self.radii_m[0] >= self.radii_m[1]:
-            yield Mistake(("radii_m",), "must have the smaller radius first")
-        if self.from_m and self.to_m:
-            for axis, (low, high) in enumerate(zip(self.from_m, self.to_m, strict=True)):
-                if low >= high:
-                    yield Mistake(("to_m", axis), f"must be above from_m, {low:g}")
-
-
-class SurfacePoint(SectionModel):
-    """A point at which the response is computed, and the direction of its motion."""
-
-    node: Annotated[int, whole(1, 10**9)] | None = None
-    """Number of a node in the mesh file."""
-    at_m: Place | None = None
-    """Position (x, y, z) [m]; the nearest node of the surface counts."""
-    direction: Along | None = None
-    """Direction of the motion (x, y, z); by default that of the normal of the surface."""
-    forms: ClassVar = (("node",), ("at_m",))
 
 
 class ModesFile(SectionModel):
@@ -127,21 +68,26 @@ class UnknownSection(NamedTuple):
         return self.thickness_mm / 1000
 
 
+AnySection = ThinSectionInput | SolidSectionInput | SandwichSectionInput | UnknownSection
+
+
 class Structure(SectionModel):
     """A structure of any shape: its modes, its surface, its patches and points."""
 
     kind: Literal["structure"] = "structure"
     """A structure; the key of a panel says it."""
-    modes: ModesFile
+    modes: ModesFile | None = None
     """Modes of another solver."""
-    mass_kg: Annotated[float, Quantity(1e-3, 5000, unit="mass")]
-    """Mass of the structure [kg]; the modal masses are compared with it."""
+    shell: Shell | None = None
+    """A shell that is meshed here."""
+    mass_kg: Annotated[float, Quantity(1e-3, 5000, unit="mass")] | None = None
+    """Mass of the structure [kg], with ``modes``; the modal masses are compared with it."""
     surface: tuple[Text, ...] = ()
-    """Groups of elements that the sound loads; all surface elements by default."""
+    """Groups of elements that the sound loads, with ``modes``; all by default."""
     outward: Along | None = None
     """Direction of the normals (x, y, z); by default away from the middle of the surface."""
     thickness_mm: Annotated[float, Quantity(0.05, 1000)] | None = None
-    """Thickness of the structure [mm], where a wall or large deflections need it."""
+    """Thickness of the structure [mm], with ``modes``, where a wall needs it."""
     damping_ratio: DampingRatios = 0.01
     """Damping ratio ζ of the modes, as of a panel."""
     patches: Mapping[str, SurfaceArea] = {}
@@ -149,7 +95,8 @@ class Structure(SectionModel):
     points: Annotated[Mapping[str, SurfacePoint], Field(min_length=1)]
     """Points at which the response is computed, by name."""
 
-    # what a panel has, and a structure with modes from a file has not
+    forms: ClassVar = (("modes", "mass_kg"), ("shell",))
+    # what a panel has, and a structure has not, or elsewhere
     masses: ClassVar[Mapping[str, Mass]] = {}
     size: ClassVar[None] = None
     single_points: ClassVar[tuple[str, ...]] = ()
@@ -160,6 +107,10 @@ class Structure(SectionModel):
         for key in ("patches", "points"):
             yield from mistakes_of_names(key, getattr(self, key))
         yield from mistakes_of_damping_ratio(self.damping_ratio)
+        if self.shell is not None:
+            for key in ("surface", "thickness_mm"):
+                if getattr(self, key):
+                    yield Mistake((key,), "only allowed with modes")
 
     @property
     def modal_damping(self) -> DampingRatio:
@@ -167,9 +118,9 @@ class Structure(SectionModel):
         return damping_ratio_of(self.damping_ratio)
 
     @property
-    def section(self) -> "UnknownSection":
-        """What is known of the section."""
-        return UnknownSection(self.thickness_mm)
+    def section(self) -> AnySection:
+        """The section of a shell; what is known of it otherwise."""
+        return UnknownSection(self.thickness_mm) if self.shell is None else self.shell.section
 
 
 def with_structure(values: Any) -> Any:
