@@ -38,24 +38,25 @@ def mode_table(
     return table
 
 
-def section_table(section: Section | float, area: float) -> pd.DataFrame:
-    """Return matrices and masses of a section, or a mass per area [kg/m²], and an area [m²]."""
+def section_table(section: Section | None, area: float, mass: float) -> pd.DataFrame:
+    """Return matrices and masses of a section, an area [m²] and a mass [kg], entry by entry.
+
+    Without a section, as of modes from a file, only the masses.
+    """
     entries: list[tuple[str, np.ndarray | float, str]] = []
-    mass_per_area = section if isinstance(section, float) else section.mass_per_area
     if isinstance(section, SandwichSection):
         A, B, D = section.abd
         # what rounding leaves of the coupling of symmetric faces is none
         B = np.where(np.abs(B) < 1e-12 * np.sqrt(A.max() * D.max()), 0.0, B)
         entries += [("A", A, "N/m"), ("B", B, "N"), ("D", D, "N m")]
-    if not isinstance(section, float):
+    if section is not None:
         entries.append(("bending", section.bending, "N m"))
-    if not isinstance(section, ThinSection | float):
-        entries += [
-            ("shear", section.shear, "N/m"),
-            ("rotary_inertia", section.rotary_inertia, "kg"),
-        ]
-    entries += [("mass_per_area", mass_per_area, "kg/m2"), ("area", area, "m2")]
-    entries.append(("mass", area * mass_per_area, "kg"))
+        if not isinstance(section, ThinSection):
+            entries += [
+                ("shear", section.shear, "N/m"),
+                ("rotary_inertia", section.rotary_inertia, "kg"),
+            ]
+    entries += [("mass_per_area", mass / area, "kg/m2"), ("area", area, "m2"), ("mass", mass, "kg")]
     rows = []
     for name, value, unit in entries:
         if isinstance(value, float):

@@ -52,6 +52,7 @@ _EDGE = {
     "simply_supported_soft": ("#000000", 2.6, (0, (4, 1)), "simply supported edge (soft)"),
     "clamped": ("#8c1515", 3.4, "-", "clamped edge"),
     "free": ("#555555", 0.9, "-", "free edge"),
+    "edge": ("#555555", 0.9, "-", "edge"),
 }
 
 

@@ -67,7 +67,7 @@ class AnyStructure(ABC):
     areas: dict[str, Selection | str]  # patches: parts of space, or groups of a file
     observations: dict[str, Observation]  # points of the response
 
-    supports: ClassVar = Supports(outline="free")
+    supports: ClassVar = Supports(outline="edge")  # as it is drawn
     attachments: ClassVar[dict[str, Attachment]] = {}
     foreign: ClassVar[None] = None
 

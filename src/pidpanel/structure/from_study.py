@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.modal_files import read_modes
-from pidpanel.panel import section as sections
 from pidpanel.panel.basis import PanelBasis, basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel, section_of
@@ -193,25 +192,24 @@ def write_panel(study: Study, output: Files) -> None:
     from pidpanel.panel import tables
     from pidpanel.panel.files import write_basis, write_plate, write_shapes
 
-    section: sections.Section | None = None
-    size, highest = None, study.response.frequency_hz[1]
-    section_or_mass: sections.Section | float
+    highest, size = study.response.frequency_hz[1], None
     if isinstance(study.panel, Structure):
         structure = structure_of(study.panel)
         solved = structure.solved(structure.mesh(output.mesh), highest, study.damper_masses())
-        basis, stored = solved.basis, solved.plate.with_shapes(solved.vectors)
-        section_or_mass = solved.mass / structure.area.area
+        basis, stored, mass = solved.basis, solved.plate.with_shapes(solved.vectors), solved.mass
+        section = getattr(solved.plate, "section", None)  # none of modes from a file
     else:
         panel = StudiedPanel(study.panel)
         basis, stored = _solved_panel(study, panel, output.mesh)
-        section, size, section_or_mass = panel.section, panel.navier_size, panel.section
+        section, size = panel.section, panel.navier_size
+        mass = section.mass_per_area * float(basis.quadrature_weight.sum())
     write_plate(output.plate, stored, stamp(study))
     wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
     write_basis(output.modes, with_condensed_face(basis, wavenumber), stamp(study))
     write_shapes(output.shapes, basis)
     modes = tables.mode_table(basis, size, section)
     modes.to_csv(output.table, index=False, float_format="%.8g")
-    masses = tables.section_table(section_or_mass, abs(float(np.sum(stored.quadrature_weight))))
+    masses = tables.section_table(section, float(basis.quadrature_weight.sum()), mass)
     masses.to_csv(output.section, index=False, float_format="%.8g")
 
 
