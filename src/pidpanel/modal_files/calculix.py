@@ -15,6 +15,7 @@ END = re.compile(rb"^ -3\s*$", re.MULTILINE)
 RESULT = re.compile(rb"^  100C.{6}(.{12}).{32}([ \d]{2}).{15}([ \d]{2})", re.MULTILINE)
 MASS = re.compile(rb"^    1PGM\s+(\S+)", re.MULTILINE)
 FIELD = re.compile(rb"^ -4  (\S+)", re.MULTILINE)
+MOST = 10_000_000  # elements of a set
 STATIC, SHORT, LONG = 0, 0, 1  # kind of analysis; widths of node numbers of 5 and 10
 SHELLS = re.compile(r"(?:S|M3D|STRI)([3468])R?5?")
 SOLIDS = re.compile(r"C3D(4|6|8|10|15|20)[A-Z]*")
@@ -91,13 +92,14 @@ def read_mesh(path: Path) -> SurfaceElements:
                     width = 1 + int(match[1])
                     for row in np.array(numbers).reshape(-1, width).tolist():
                         kinds[row[0]] = kind, row[1:]
-                        sets.setdefault(options.get("ELSET", ""), []).append(row[0])
+                        if "ELSET" in options:
+                            sets.setdefault(options["ELSET"], []).append(row[0])
             elif keyword == "*ELSET":
                 members = sets.setdefault(options["ELSET"], [])
                 for row in rows:
                     if "GENERATE" in options:
                         first, last, step = map(int, [*filter(None, row), "1"][:3])
-                        members += range(first, last + 1, step)
+                        members += range(first, min(last, first + MOST * step) + 1, step)
                         continue
                     for name in filter(None, row):
                         members += [int(name)] if name.isdigit() else sets[name]

@@ -85,7 +85,10 @@ def _read(readers: Mapping[str, Callable[[Path], T]], path: Path, content: str) 
     if path.suffix.lower() not in readers:
         allowed = ", ".join(readers)
         raise ValueError(f"{path}: {content} cannot be in this format; allowed are {allowed}")
-    return readers[path.suffix.lower()](path)
+    try:
+        return readers[path.suffix.lower()](path)
+    except RecursionError:
+        raise ValueError(f"{path}: files include each other") from None
 
 
 def _units(path: Path) -> tuple[float, float] | None:

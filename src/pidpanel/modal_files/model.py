@@ -68,8 +68,8 @@ def modal_model(
             if count.max(initial=0) > 1:
                 raise ValueError(f"{name}: node {values[np.argmax(count)]} appears twice")
         rows, cells, groups = _surface(mesh, shapes.node)
-        common = np.searchsorted(np.sort(shapes.node), mesh.node[rows])
-        columns = np.argsort(shapes.node)[common]
+        order = np.argsort(shapes.node)
+        columns = order[np.searchsorted(shapes.node, mesh.node[rows], sorter=order)]
         position = unit_m * mesh.position[rows]
         extent = float(np.ptp(position, axis=0).max())
         if not EXTENTS[0] <= extent <= EXTENTS[1]:
@@ -141,7 +141,7 @@ def _modal_masses(shapes: ModeShapes, motion: Array, normalised: str) -> Array:
         k = int(np.argmin(mass))
         raise ValueError(f"mode {1 + k} has a modal mass of {mass[k]:g}; it must be positive")
     peak = np.abs(motion).max(axis=(0, 1), initial=0.0)
-    if len(mass) > 1 and (mass == 1).all() and (np.abs(peak - 1) < NORMALISED).all():
+    if len(mass) > 1 and (np.abs([mass - 1, peak - 1]) < NORMALISED).all():
         message = "modal masses and largest components of all modes are 1"
         raise ValueError(f"{message}; modes must be scaled to one of them, with its masses")
     return mass

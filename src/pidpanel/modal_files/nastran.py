@@ -101,15 +101,16 @@ def read_mesh(path: Path) -> SurfaceElements:
                 corners.append(nodes if all(nodes) else nodes[:least])
         except ValueError as error:
             raise ValueError(f"{place}: {name}: {error}") from None
-    rows = {number: k for k, number in enumerate(element)}
+    numbers = np.array(element, dtype=np.int64)
     control = re.split(r"(?im)^\s*BEGIN\s+BULK", bytes_of(path).decode("latin-1"))
     for match in SET.finditer(control[0] if len(control) > 1 else ""):
-        spans = [range(int(a), int(b or a) + 1) for a, b in RANGE.findall(match[2])]
-        groups[f"SET {match[1]}"] = [rows[k] for span in spans for k in span if k in rows]
+        spans = [(float(a), float(b or a)) for a, b in RANGE.findall(match[2])]
+        members = [np.flatnonzero((a <= numbers) & (numbers <= b)) for a, b in spans]
+        groups[f"SET {match[1]}"] = np.concatenate([numbers[:0], *members]).tolist()
     tree = Systems(systems)
     table, position = np.array(grids).reshape(-1, 3), np.array(points).reshape(-1, 3)
-    node, *numbers = table.T
-    inner, outer = (np.where(n == BLANK, n0, n) for n, n0 in zip(numbers, default, strict=True))
+    node, *places = table.T
+    inner, outer = (np.where(n == BLANK, n0, n) for n, n0 in zip(places, default, strict=True))
     for number in np.unique(inner[inner > 0]).tolist():
         members = inner == number
         position[members] = positions(tree.system(number, str(path)), position[members])

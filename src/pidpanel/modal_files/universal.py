@@ -73,9 +73,11 @@ def read_shapes(path: Path) -> ModeShapes:
             continue
         identification, reals, header = LAYOUT[kind]
         lines = text.split(b"\n", header)
+        if len(lines) <= header:
+            raise ValueError(f"{path}: a data set {kind} is cut off")
         definition = _integers(lines[identification])
         _, analysis, characteristic, content, data, count = (*definition, *6 * [0])[:6]
-        if content not in DISPLACEMENTS or characteristic not in VECTORS or len(lines) <= header:
+        if content not in DISPLACEMENTS or characteristic not in VECTORS or count not in (3, 6):
             continue
         if kind == 2414 and _integers(lines[2]) != [1]:  # not at nodes
             continue

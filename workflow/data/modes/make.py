@@ -1,7 +1,7 @@
 """Make the modes of a paraboloid of 1.2 m with CalculiX 2.20 (``apt install calculix-ccx``).
 
 ``python make.py`` writes and runs ``paraboloid.inp``: four layers of C3D20R (face, two of core,
-face), clamped at its hub: 20 modes, then a pressure of 1 Pa on each quarter of two patches. The
+face), clamped at its hub: 20 modes, then a pressure of 1 Pa on each element of two patches. The
 surface `MIDDLE` is the middle of the core, the only one that is printed. Focal length 0.48 m, faces
 of 0.3 mm, core of 12 mm, 1.56 kg/m².
 """
@@ -14,9 +14,9 @@ import numpy as np
 FOCAL_LENGTH, HUB, RIM = 0.48, 0.12, 0.6  # [m]
 FACE, CORE = 0.3e-3, 12e-3  # [m]
 LEVELS = np.array([-CORE / 2 - FACE, -CORE / 2, 0.0, CORE / 2, CORE / 2 + FACE])
-RADIAL, ROUND, MODES = 5, 24, 20
-# Rings and sectors of elements of two patches; each has quarters such as INNER_1
-PATCHES = {"INNER": ((1, 2), (0, 4)), "OUTER": ((3, 4), (12, 16))}
+RADIAL, ROUND, MODES = 5, 22, 20
+# Rings and sectors of the elements of two patches; INNER_1 … are their parts
+PATCHES = {"INNER": ((1, 2), (0, 3)), "OUTER": ((3, 4), (11, 14))}
 
 # Half steps: even ones are corners. A 20-node element has no node with two odd indices.
 K, J, I = np.meshgrid(np.arange(9), np.arange(2 * RADIAL + 1), np.arange(2 * ROUND), indexing="ij")
@@ -84,9 +84,9 @@ for layer in range(4):
                 members["MIDDLES"].append(element)
                 for name, ((inner, outer), (first, last)) in PATCHES.items():
                     if inner <= ring <= outer and first <= sector < last:
-                        quarter = 1 + 2 * (ring - inner) + (2 * sector >= first + last)
+                        part = 1 + 3 * (ring - inner) + sector - first
                         members.setdefault(name, []).append(element)
-                        members.setdefault(f"{name}_{quarter}", []).append(element)
+                        members.setdefault(f"{name}_{part}", []).append(element)
 for name, elements in members.items():
     lines += [f"*ELSET, ELSET={name}", *rows(elements)]
 lines += ["*SURFACE, NAME=MIDDLE, TYPE=ELEMENT", "MIDDLES, S1"]
@@ -101,12 +101,12 @@ lines += [
     "*STEP", "*FREQUENCY", f"{MODES}", *(output := ["*NODE FILE, NSET=PRINTED", "U"]), "*END STEP",
 ]  # fmt: skip
 for name in PATCHES:  # face 1 of the upper core: upward
-    for quarter in range(1, 5):
+    for part in range(1, 7):
         lines += [
             "*STEP",
             "*STATIC",
             "*DLOAD, OP=NEW",
-            f"{name}_{quarter}, P1, 1",
+            f"{name}_{part}, P1, 1",
             *output,
             "*END STEP",
         ]
