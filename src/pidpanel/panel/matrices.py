@@ -36,6 +36,10 @@ class PlateMatrices:
     # Two matrices (n_points, n) of reactions at single points (`point_supports`): those of supports
     # and springs [√J/m], and those of masses, to be multiplied by ω²
     reactions: tuple[sp.csr_array, sp.csr_array]
+    # (n_quadrature, 3) normals of a curved surface, whose positions have three columns
+    quadrature_normal: Array | None = field(default=None, kw_only=True)
+    # (n, 3) ∫ N ρ dV along x, y, z: forces per acceleration of all supports of a structure [kg]
+    participation: Array | None = field(default=None, kw_only=True)
 
     def with_shapes(self, shapes: Array, stretching: "Stretching | None" = None) -> "StoredPlate":
         """Return the matrices with the shapes (n, n_shapes) of a basis, and their stretching."""
