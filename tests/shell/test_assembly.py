@@ -56,6 +56,25 @@ def test_a_free_shell_moves_as_a_rigid_body_without_energy_and_with_its_mass():
     assert np.sum(frequency == 0) == 6
 
 
+def test_mass_off_the_middle_of_the_core_moves_as_the_shell_turns():
+    mesh = grid((2, 2), (-0.4, -0.3), (0.4, 0.3))
+    shell = assemble_shell(mesh, Layup(SKEW))
+    motion = rigid_motions(shell, mesh.nodes(4)[1])
+    first = 1600 * 0.48 * (0.4e-3 * 4.2e-3 - 0.2e-3 * 4.1e-3)
+    mass = motion.T @ shell.mass @ motion
+    # e_x × z e_z = −z e_y
+    assert mass[1, 3] == pytest.approx(-first)
+    assert mass[0, 4] == pytest.approx(first)
+    assert mass[3, 3] == pytest.approx(SKEW.mass_per_area * 0.48 * 0.6**2 / 12, rel=2e-3)
+
+
+def test_a_folded_element_is_refused():
+    mesh = grid((2, 2), (0.0, 0.0), (0.5, 0.5))
+    mesh.geometry[3, 8] = mesh.geometry[3, 0] + [0.0, 0.0, 0.4]
+    with pytest.raises(ValueError, match=r"the element at .* m is folded"):
+        assemble_shell(mesh, Layup(SANDWICH))
+
+
 def test_w_is_the_motion_along_the_normal_and_positions_have_three_columns():
     mesh = grid((2, 2), (-0.4, -0.3), (0.5, 0.3), on_paraboloid(0.4))
     shell = assemble_shell(mesh.with_names({}, {"A": (0.2, 0.1, 0.03125)}), Layup(SANDWICH))

@@ -104,5 +104,5 @@ def test_stiffeners_are_blades_of_shells(is_held):
 def test_a_stiffener_off_every_edge_is_refused():
     mesh = grid((2, 2), (0.0, 0.0), (0.6, 0.4))
     beam = Stiffener(Line((0, 0.1, 0), (0.6, 0.1, 0)), E, G, RHO, 1e-4, 1e-9, 1e-10)
-    with pytest.raises(ValueError, match="rib at line"):
+    with pytest.raises(ValueError, match="rib at Line"):
         assemble_shell(mesh, Layup(SANDWICH), {"rib": beam})

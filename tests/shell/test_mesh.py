@@ -92,5 +92,5 @@ def test_a_place_off_the_surface_is_refused_and_one_on_it_found():
 
 def test_a_selection_without_elements_is_named():
     mesh = grid((2, 2), (-0.5, -0.5), (0.5, 0.5))
-    with pytest.raises(ValueError, match=r"patch 'P' = sphere of 0\.1 m"):
+    with pytest.raises(ValueError, match="patch 'P' = Sphere"):
         mesh.with_names({"P": Sphere((3.0, 0.0, 0.0), 0.1)}, {})

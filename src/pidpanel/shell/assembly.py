@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from skfem.quadrature import get_quadrature
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.plate import NONE_FREE, AssembledPlate
+from pidpanel.panel.plate import LOAD_ORDER, NONE_FREE, AssembledPlate
 from pidpanel.panel.supports import free_coordinates
 from pidpanel.shell.attachments import (
     Attached,
@@ -19,15 +19,18 @@ from pidpanel.shell.attachments import (
     PointMass,
     RigidFoot,
     Stiffener,
+    arm_matrix,
     beam_matrices,
-    foot_motion,
     held_blocks,
 )
-from pidpanel.shell.mesh import LAGRANGE, ShellMesh
-from pidpanel.shell.strains import DRILLING_INERTIA, Frames, Layup, frames
+from pidpanel.shell.mesh import LAGRANGE, ShellMesh, reference_nodes
+from pidpanel.shell.strains import Frames, Layup, frames
 
 CELLS_AT_ONCE = 64  # so that memory stays bounded
-Components = tuple[sp.csr_array, sp.csr_array, sp.csr_array]
+TINY = 1e-30  # [m²]
+# Cosine between the normal and that of the plane through the corners; below it elements fold.
+FOLDED = 0.3
+Components = tuple[sp.csr_array, ...]
 NOTHING: Mapping[str, Attached] = {}
 
 
@@ -38,7 +41,7 @@ class AssembledShell(AssembledPlate):
     # Maps positions (n_positions, 3) [m] to three arrays (n_positions, n): motion along x, y, z.
     displacement: Callable[[Array], Components] | None = None
     # three arrays (n_vertices, n): strains ε (see `strains`) at the vertices [1]
-    membrane_at_vertices: Components | tuple[()] = ()
+    membrane_at_vertices: tuple[sp.csr_array, ...] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
     total_mass: float = 0.0  # [kg]
 
@@ -58,7 +61,7 @@ def assemble_shell(
     attached
         Supports, feet, masses, hinges and stiffeners by name, for messages and for hinges.
     order
-        Order of displacements and rotations: 4, or 3 at twice the number of elements.
+        Order of displacements and rotations, 2 to 4; 2 locks.
 
     Raises
     ------
@@ -76,14 +79,15 @@ def assemble_shell(
             K, M = shell.beam(part, name)
             stiffness, mass = stiffness + K, mass + M
     rigid = sp.csr_array(np.tile(np.eye(6, 3), (len(shell.position), 1)))
-    K, M = sp.csr_array(free.T @ stiffness @ free), sp.csr_array(free.T @ mass @ free)
+    K, M = free.T @ stiffness @ free, free.T @ mass @ free
     participation = (free.T @ (mass @ rigid)).toarray()
     total = float((rigid.T @ mass @ rigid).toarray()[0, 0])
     turns = {}  # (3, n) of feet
     for name, foot in attached.items():
         if isinstance(foot, RigidFoot):
             node = int(mesh.selected_nodes(foot.where, order, name)[0])
-            motion = foot_motion(foot.centre, node, shell.position[node], free)
+            arm = arm_matrix(foot.centre - shell.position[node])
+            motion = sp.csr_array(sp.csr_array(arm) @ free[6 * node : 6 * node + 6])
             M = M + motion.T @ sp.diags_array([foot.mass] * 3 + list(foot.inertia)) @ motion
             participation = participation + foot.mass * motion[:3].toarray().T
             total, turns[name] = total + foot.mass, motion[3:]
@@ -99,120 +103,100 @@ class _Shell:
     """The nodes and cells of a shell of one order, without supports."""
 
     def __init__(self, mesh: ShellMesh, layup: Layup | Mapping[str, Layup], order: int) -> None:
-        self.mesh, self.order = mesh, order
+        self.mesh, self.order, self.cells = mesh, order, np.arange(len(mesh.cells))
         self.numbers, self.position = mesh.nodes(order)
         self.size = 6 * len(self.position)
-        cells_all = np.arange(len(mesh.cells))
-        parts = (
-            [(layup, cells_all)]
-            if isinstance(layup, Layup)
-            else [(layup[name], cells) for name, cells in mesh.part_cells.items() if name in layup]
-        )
-        self.layup = [part for part, _ in parts]
-        count = np.bincount(
-            np.concatenate([c for _, c in parts] or [cells_all[:0]]), minlength=len(cells_all)
-        )
+        if isinstance(layup, Layup):
+            self.parts = [(layup, self.cells)]
+        else:
+            cells_of = mesh.part_cells
+            self.parts = [(layup[name], cells_of[name]) for name in cells_of if name in layup]
+        count = np.zeros(len(self.cells), dtype=np.int64)
+        for _, cells in self.parts:
+            count[cells] += 1
         if (count != 1).any():
             cell = int(np.argmax(count != 1))
             where = ", ".join(f"{x:g}" for x in mesh.vertices[mesh.cells[cell]].mean(axis=0))
             raise ValueError(f"the element at ({where}) m has {count[cell]} sections; it needs one")
-        self.section_number = np.zeros(len(cells_all), dtype=np.int64)
-        for number, (_, cells) in enumerate(parts):
-            self.section_number[cells] = number
 
-    def groups(self, cells: Index) -> Iterator[tuple[Layup, Index]]:
-        """Yield the sections with some of their cells among the given ones."""
-        for number, layup in enumerate(self.layup):
-            members = cells[self.section_number[cells] == number]
-            for start in range(0, len(members), CELLS_AT_ONCE):
-                yield layup, members[start : start + CELLS_AT_ONCE]
-
-    def dofs(self, numbers: Index) -> Index:
-        """Return the coordinates (…, 6k) of nodes (…, k)."""
-        return (6 * numbers[..., None] + np.arange(6)).reshape(
-            *numbers.shape[:-1], 6 * numbers.shape[-1]
-        )
-
-    def summed(self, blocks: Sequence[tuple[Index, Array]]) -> sp.csr_array:
-        """Return the sum of matrices (m, k, k) of coordinates (m, k)."""
-        values = [block.ravel() for _, block in blocks]
-        rows = [np.repeat(dofs, dofs.shape[1], axis=1).ravel() for dofs, _ in blocks]
-        columns = [np.tile(dofs, dofs.shape[1]).ravel() for dofs, _ in blocks]
-        if not blocks:
-            return sp.csr_array((self.size, self.size))
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        return sp.csr_array(entries, shape=(self.size, self.size))
+    def groups(self) -> Iterator[tuple[Layup, Index]]:
+        """Yield the sections with some of their cells."""
+        for layup, cells in self.parts:
+            for start in range(0, len(cells), CELLS_AT_ONCE):
+                yield layup, cells[start : start + CELLS_AT_ONCE]
 
     def matrices(self) -> tuple[sp.csr_array, sp.csr_array]:
         """Return K and M of all coordinates."""
         place, weight = get_quadrature(LAGRANGE[self.order], 2 * self.order)
-        stiff, inert = [], []
-        for layup, cells in self.groups(np.arange(len(self.mesh.cells))):
+        stiffness, mass = [], []
+        for layup, cells in self.groups():
             frame = frames(self.mesh, self.order, place.T, cells, layup)
-            dofs = self.dofs(self.numbers[cells])
-            stiff.append((dofs, _integral(frame.strains, layup.stiffness, weight * frame.area)))
-            inert.append((dofs, _integral(frame.motions, _density(layup), weight * frame.area)))
-        return self.summed(stiff), self.summed(inert)
+            area = weight * frame.area
+            stiffness.append(frame.stiffness(layup, area))
+            mass.append(frame.mass(layup, area))
+        dofs = coordinates(self.numbers[np.concatenate([cells for _, cells in self.groups()])])
+        return self.summed(dofs, stiffness), self.summed(dofs, mass)
+
+    def summed(self, dofs: Index, blocks: Sequence[Array]) -> sp.csr_array:
+        """Return the sum of matrices (m, k, k) of coordinates (m, k)."""
+        row, column = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+        entries = np.concatenate(blocks).ravel(), (row.ravel(), column.ravel())
+        return sp.csr_array(entries, shape=(self.size, self.size))
 
     def beam(self, beam: Stiffener, name: str) -> tuple[sp.csr_array, sp.csr_array]:
         """Return K and M of a stiffener."""
         edges = self.mesh.selected_edges(beam.where, self.order)
         if not len(edges):
             raise ValueError(f"{name} at {beam.where}: no edge of an element is in it")
-        normals = self.node_normals()
-        K, M = beam_matrices(beam, self.position[edges], normals[edges])
-        dofs = self.dofs(edges)
-        return self.summed([(dofs, K)]), self.summed([(dofs, M)])
+        normals = self.normals(self.order)[edges]
+        K, M = beam_matrices(beam, self.position[edges], normals)
+        return self.summed(coordinates(edges), [K]), self.summed(coordinates(edges), [M])
 
-    def node_normals(self) -> Array:
-        """Return the normals (n, 3) at the nodes, the mean over cells."""
-        total = np.zeros_like(self.position)
-        place = np.array(LAGRANGE[self.order].doflocs)
-        for layup, cells in self.groups(np.arange(len(self.mesh.cells))):
-            frame = frames(self.mesh, self.order, place, cells, layup)
-            np.add.at(total, self.numbers[cells], frame.axes[:, :, 2] * frame.area[..., None])
-        return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+    def normals(self, order: int) -> Array:
+        """Return normals (n, 3) at the nodes of an order, the mean over cells."""
+        numbers, position = self.mesh.nodes(order)
+        frame = frames(self.mesh, order, reference_nodes(order), self.cells, None)
+        total = np.zeros_like(position)
+        np.add.at(total, numbers, frame.axes[:, :, 2] * frame.area[..., None])
+        return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), TINY)
 
-    def rows(self, values: Array, cells: Index) -> sp.csr_array:
-        """Return the matrix (n_cells · n_places, n_dofs) of values (n_cells, n_places, 6k)."""
-        dofs = np.broadcast_to(self.dofs(self.numbers[cells])[:, None], values.shape)
-        start = np.arange(0, values.size + 1, values.shape[-1])
-        shape = (values.shape[0] * values.shape[1], self.size)
-        return sp.csr_array((values.ravel(), dofs.ravel(), start), shape=shape)
+    def motion(self, frame: Frames, cells: Index) -> Components:
+        """Return motions (n_cells · n_places, n_dofs) along x, y, z at places in cells."""
+        values = np.broadcast_to(frame.value, frame.slope.shape[:3])
+        nodes = np.broadcast_to(self.numbers[cells][:, None], values.shape).ravel()
+        start = np.arange(0, values.size + 1, values.shape[2])
+        shape = len(start) - 1, self.size
+        x, y, z = (sp.csr_array((values.ravel(), 6 * nodes + k, start), shape) for k in range(3))
+        return x, y, z
 
     def displacement(self, positions: Array) -> Components:
         """Return motions (n_positions, n_dofs) along x, y, z."""
-        frame, cells = self._located(positions)
-        return tuple(self.rows(frame.motions[:, :, x], cells) for x in range(3))
+        return self.motion(*self._located(positions))
 
     def deflection(self, positions: Array) -> sp.csr_array:
         """Return w (n_positions, n_dofs) along the normal."""
         frame, cells = self._located(positions)
-        return self.rows(_normal_motion(frame), cells)
+        return component(frame.axes[:, 0, 2], self.motion(frame, cells))
 
     def _located(self, positions: Array) -> tuple[Frames, Index]:
         cells, place = self.mesh.locate(positions)
         return frames(self.mesh, self.order, place[:, None], cells, None), cells
 
-    def vertex_rows(self) -> tuple[Array, list[sp.csr_array]]:
-        """Return normals (n_vertices, 3), and ε, κ, γ at the vertices, the mean over cells."""
+    def strains(self) -> list[sp.csr_array]:
+        """Return ε, κ, γ (n_vertices, n_dofs) at the vertices, the mean over cells."""
         corner = np.sort(self.mesh.cells, axis=1)
-        count = len(self.mesh.vertices)
-        normal, strain = np.zeros((count, 3)), [sp.csr_array((count, self.size))] * 8
-        share = 1 / np.bincount(corner.ravel(), minlength=count)
-        for layup, cells in self.groups(np.arange(len(corner))):
-            place = np.array(LAGRANGE[1].doflocs)
-            frame = frames(self.mesh, self.order, place, cells, layup)
-            vertex, strains = corner[cells], frame.strains
-            np.add.at(normal, vertex, frame.axes[:, :, 2])
-            mean = sp.csr_array(
-                (share[vertex.ravel()], (vertex.ravel(), np.arange(vertex.size))),
-                shape=(count, vertex.size),
-            )
-            strain = [
-                old + mean @ self.rows(strains[:, :, k], cells) for k, old in enumerate(strain)
-            ]
-        return normal / np.linalg.norm(normal, axis=1, keepdims=True), strain
+        share = 1 / np.bincount(corner.ravel())
+        strain = [sp.csr_array((len(share), self.size))] * 8
+        for layup, cells in self.groups():
+            rows = frames(self.mesh, self.order, reference_nodes(1), cells, layup).strains
+            rows = rows * share[corner[cells]][..., None, None]
+            vertex = np.broadcast_to(corner[cells][:, :, None], rows[:, :, 0].shape)
+            dofs = np.broadcast_to(coordinates(self.numbers[cells])[:, None], vertex.shape)
+            place = vertex.ravel(), dofs.ravel()
+            for k in range(8):
+                entries = rows[:, :, k].ravel(), place
+                strain[k] = strain[k] + sp.csr_array(entries, shape=strain[k].shape)
+        return strain
 
     def assembled(
         self,
@@ -223,77 +207,78 @@ class _Shell:
         total_mass: float,
     ) -> AssembledShell:
         """Return matrices and rows in the free coordinates."""
-        mesh, cells_all = self.mesh, np.arange(len(self.mesh.cells))
+        mesh, order = self.mesh, self.order
 
-        def reduced(rows: sp.csr_array) -> sp.csr_array:
-            return sp.csr_array(rows @ free)
+        def reduced(*rows: sp.csr_array) -> tuple[sp.csr_array, ...]:
+            return tuple(sp.csr_array(matrix @ free) for matrix in rows)
 
-        place, weight = get_quadrature(LAGRANGE[self.order], 2 * self.order)
-        frame = frames(mesh, self.order, place.T, cells_all, None)
-        at_quadrature = reduced(self.rows(_normal_motion(frame), cells_all))
-        area = weight * frame.area
-        number = np.arange(area.size).reshape(area.shape)
+        def normal_motion(accuracy: int, cells: Index) -> tuple[Frames, Array, sp.csr_array]:
+            place, weight = get_quadrature(LAGRANGE[order], accuracy)
+            frame = frames(mesh, order, place.T, cells, None)
+            normal = frame.axes[:, :, 2].reshape(-1, 3)
+            (w,) = reduced(component(normal, self.motion(frame, cells)))
+            return frame, (weight * frame.area).ravel(), w
+
+        frame, area, w = normal_motion(LOAD_ORDER, self.cells)
+        check_folds(mesh, frame)
         overlap = {}
         for name, cells in mesh.patch_cells.items():
-            rows = at_quadrature[number[cells].ravel()]
-            overlap[name] = sp.csr_array(rows.T @ sp.diags_array(area[cells].ravel()) @ rows)
-        normal, strain = self.vertex_rows()
-        vertex = np.arange(len(mesh.vertices))  # vertices are the first nodes
-        motion = tuple(
-            reduced(sp.eye_array(self.size, format="csr")[6 * vertex + x]) for x in range(3)
-        )
-        at_vertices = sum(sp.diags_array(normal[:, x]) @ motion[x] for x in range(3))
+            _, patch_area, moved = normal_motion(2 * order, cells)
+            overlap[name] = sp.csr_array(moved.T @ sp.diags_array(patch_area) @ moved)
+        normal, strain = self.normals(1), reduced(*self.strains())
+        vertex = 6 * np.arange(len(normal))  # vertices are the first nodes
+        motion = tuple(free[vertex + k] for k in range(3))
+        at_vertices = component(normal, motion)
         if not np.any(at_vertices.data):
             raise ValueError(NONE_FREE)
         points = np.array(list(mesh.points.values()), dtype=float).reshape(-1, 3)
         cells, share = mesh.locate(points)
-        weights = np.column_stack([1 - share.sum(axis=1), share])
-        corner = np.sort(mesh.cells[cells], axis=1)
-        row = np.repeat(np.arange(len(points)), 3)
+        weights = np.column_stack([1 - share.sum(axis=1), share]).ravel()
+        place = np.repeat(np.arange(len(points)), 3), np.sort(mesh.cells[cells], axis=1).ravel()
         empty = sp.csr_array((0, free.shape[1]))
         return AssembledShell(
             stiffness=stiffness,
             mass=mass,
             patch_overlap=overlap,
-            interpolate=lambda positions: reduced(self.deflection(positions)),
-            at_vertices=sp.csr_array(at_vertices),
-            at_points=reduced(self.deflection(points)),
-            point_weight=sp.csr_array(
-                (weights.ravel(), (row, corner.ravel())), shape=(len(points), len(normal))
-            ),
+            interpolate=lambda positions: reduced(self.deflection(positions))[0],
+            displacement=lambda positions: reduced(*self.displacement(positions)),
+            at_vertices=at_vertices,
+            at_points=reduced(self.deflection(points))[0],
+            point_weight=sp.csr_array((weights, place), shape=(len(points), len(normal))),
             quadrature_position=frame.position.reshape(-1, 3),
-            quadrature_weight=area.ravel(),
-            at_quadrature=at_quadrature,
-            curvature_at_vertices=tuple(map(reduced, strain[3:6])),
-            shear_at_vertices=tuple(map(reduced, strain[6:8])),
-            reactions=(empty, empty),
-            section=self.layup[0].section,
-            inertia=participation[:, 2],
-            displacement=lambda positions: tuple(map(reduced, self.displacement(positions))),
-            motion_at_vertices=motion,
-            membrane_at_vertices=tuple(map(reduced, strain[:3])),
-            vertex_normal=normal,
+            quadrature_weight=area,
             quadrature_normal=frame.axes[:, :, 2].reshape(-1, 3),
+            at_quadrature=w,
+            membrane_at_vertices=strain[:3],
+            curvature_at_vertices=strain[3:6],
+            shear_at_vertices=strain[6:],
+            motion_at_vertices=motion,
+            vertex_normal=normal,
+            reactions=(empty, empty),
+            section=self.parts[0][0].section,
+            inertia=participation[:, 2],
             participation=participation,
             total_mass=total_mass,
         )
 
 
-def _integral(rows: Array, constant: Array, weight: Array) -> Array:
-    """Return Σ w Rᵀ C R (n_cells, 6k, 6k) of rows R (n_cells, n_places, r, 6k)."""
-    right = (constant @ rows) * weight[:, :, None, None]
-    flat = len(rows), -1, rows.shape[-1]
-    return np.asarray(rows.reshape(flat).swapaxes(1, 2) @ right.reshape(flat))
+def coordinates(nodes: Index) -> Index:
+    """Return the coordinates (m, 6k) of nodes (m, k)."""
+    return (6 * nodes[..., None] + np.arange(6)).reshape(len(nodes), 6 * nodes.shape[1])
 
 
-def _density(layup: Layup) -> Array:
-    """Return (7, 7) of (u, θ × n, θ·n), with the first moment between both."""
-    mass, first, second = layup.density
-    C = np.diag([mass] * 3 + [second] * 3 + [DRILLING_INERTIA * second])
-    C[:3, 3:6] = C[3:6, :3] = first * np.eye(3)
-    return C
+def component(direction: Array, motion: Sequence[sp.csr_array]) -> sp.csr_array:
+    """Return the motion (n, n_dofs) along directions (n, 3)."""
+    parts = (sp.diags_array(direction[:, k]) @ rows for k, rows in enumerate(motion))
+    return sp.csr_array(sum(parts, sp.csr_array(motion[0].shape)))
 
 
-def _normal_motion(frame: Frames) -> Array:
-    """Return w (n_cells, n_places, 6k)."""
-    return np.asarray(np.einsum("cqx,cqxd->cqd", frame.axes[:, :, 2], frame.motions[:, :, :3]))
+def check_folds(mesh: ShellMesh, frame: Frames) -> None:
+    """Refuse elements whose normals leave that of their corners."""
+    corners = mesh.vertices[mesh.cells]
+    chord = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    chord /= np.linalg.norm(chord, axis=1, keepdims=True)
+    is_folded = (frame.axes[:, :, 2] @ chord[:, :, None]).min(axis=(1, 2)) < FOLDED
+    if is_folded.any():
+        where = ", ".join(f"{x:g}" for x in corners[is_folded][0].mean(axis=0))
+        raise ValueError(f"the element at ({where}) m is folded: refine the mesh there")

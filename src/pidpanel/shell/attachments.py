@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.supports import Block, null_space
@@ -151,12 +150,6 @@ def _dofs(nodes: Index) -> Index:
     return (6 * nodes[:, None] + np.arange(6)).ravel()
 
 
-def foot_motion(place: Place, node: int, position: Array, free: sp.csr_array) -> sp.csr_array:
-    """Return motion and rotation (6, n) of a foot at a place, from those of one of its nodes."""
-    arm = np.asarray(place, dtype=float) - position
-    return sp.csr_array(sp.csr_array(arm_matrix(arm)) @ free[6 * node : 6 * node + 6])
-
-
 def beam_matrices(beam: Stiffener, nodes: Array, normals: Array) -> tuple[Array, Array]:
     """Return stiffness and mass (m, 6k, 6k) of a beam on m edges of k nodes.
 
@@ -167,54 +160,35 @@ def beam_matrices(beam: Stiffener, nodes: Array, normals: Array) -> tuple[Array,
     """
     count = nodes.shape[1]
     x, weight = np.polynomial.legendre.leggauss(count)
-    grid = np.linspace(-1, 1, count)
-    inverse = np.linalg.inv(np.vander(grid, count, increasing=True))
-    value = np.vander(x, count, increasing=True) @ inverse
-    powers = np.arange(count)
-    slope = powers * np.vander(x, count, increasing=True)[:, [0, *range(count - 1)]] @ inverse
+    inverse = np.linalg.inv(np.vander(np.linspace(-1, 1, count), increasing=True))
+    powers = np.vander(x, count, increasing=True)
+    value = powers @ inverse
+    slope = np.arange(count) * powers[:, [0, *range(count - 1)]] @ inverse
     tangent = np.einsum("qk,mkx->mqx", slope, nodes)
     speed = np.linalg.norm(tangent, axis=-1)
     t = tangent / speed[..., None]
-    slope = slope[None] / speed[..., None]
-    # u + θ × (offset n) of the centroid, by node; its columns are (u, θ)
-    centroid = arm_matrix(beam.offset * normals)[..., :3, :]  # (m, k, 3, 6)
     n = np.einsum("qk,mkx->mqx", value, normals)
-    n -= np.einsum("mqx,mqx->mq", n, t)[..., None] * t
+    n -= np.sum(n * t, axis=-1, keepdims=True) * t
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
     across = np.cross(n, t)
-    turn = np.zeros((3, 6))
-    turn[:, 3:] = np.eye(3)
-    motion = np.einsum("qk,mkxd->mqxkd", value, centroid)
-    stretch = np.einsum("mqk,mkxd->mqxkd", slope, centroid)
-    rotation = np.einsum("qk,xd->qxkd", value, turn)[None]
-    twist = np.einsum("mqk,xd->mqxkd", slope, turn)
-    rows = np.stack(
-        [
-            np.einsum("mqx,mqxkd->mqkd", t, stretch),
-            # n·∂u + t·(θ × n), the shear angle
-            np.einsum("mqx,mqxkd->mqkd", n, stretch)
-            + np.einsum("mqx,mqxkd->mqkd", np.cross(n, t), np.broadcast_to(rotation, motion.shape)),
-            np.einsum("mqx,mqxkd->mqkd", t, twist),
-            np.einsum("mqx,mqxkd->mqkd", across, twist),
-        ],
-        axis=2,
-    )
+    # motion and rotation of the centroid, and their derivatives along the beam
+    arm = arm_matrix(beam.offset * normals)
+    shape = *speed.shape, 6, 6 * count
+    moved = np.einsum("qk,mkij->mqikj", value, arm).reshape(shape)
+    slopes = np.einsum("qk,mq,mkij->mqikj", slope, 1 / speed, arm).reshape(shape)
+    # stretch t·∂u, shear n·∂u + t·(θ × n), twist t·∂θ, bending across·∂θ
+    form = np.zeros((*speed.shape, 4, 12))
+    form[:, :, 0, :3] = form[:, :, 2, 3:6] = t
+    form[:, :, 1, :3], form[:, :, 1, 9:], form[:, :, 3, 3:6] = n, across, across
+    rows = form @ np.concatenate([slopes, moved], axis=2)
     E, G, A = beam.youngs_modulus, beam.shear_modulus, beam.area
     stiff = np.array([E * A, beam.shear_correction * G * A, G * beam.torsion, E * beam.bending])
-    turned = np.stack(
-        [
-            np.einsum("mqx,mqxkd->mqkd", axis, np.broadcast_to(rotation, motion.shape))
-            for axis in (t, across)
-        ],
-        axis=2,
-    )
-    inert = np.concatenate([motion, turned], axis=2)
-    # the polar second moment of a blade is about that across; nearly all of it is
-    density = beam.density * np.array([A, A, A, beam.bending, beam.bending])
-
-    def summed(parts: Array, constant: Array) -> Array:
-        parts = parts.reshape(len(nodes), -1, constant.size, 6 * count)
-        factor = constant * (weight * speed)[..., None]
-        return np.einsum("mqri,mqr,mqrj->mij", parts, factor, parts, optimize=True)
-
-    return summed(rows, stiff), summed(inert, density)
+    length = weight * speed
+    K = np.einsum("mqri,r,mqrj,mq->mij", rows, stiff, rows, length, optimize=True)
+    inertia = np.zeros((*speed.shape, 6, 6))
+    inertia[..., :3, :3] = A * np.eye(3)
+    # the polar second moment of a blade is nearly that of bending
+    turned = t[..., None] * t[..., None, :] + across[..., None] * across[..., None, :]
+    inertia[..., 3:, 3:] = beam.bending * turned
+    M = np.einsum("mqai,mqab,mqbj,mq->mij", moved, inertia, moved, length, optimize=True)
+    return K, beam.density * M

@@ -4,6 +4,7 @@ Elements follow the edges of the selections given as imprints, such as patches a
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import gmsh
 import numpy as np
@@ -95,12 +96,11 @@ def mesh_surface(
         Shorter edges [m] within selections.
     """
     with gmsh_session():
-        parts = draw()
-        pieces_of = _fragmented(parts, list(imprints))
+        parts = _fragmented(draw(), list(imprints))
         _set_sizes(size, sizes or {})
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(order)
-        return read_surface(pieces_of, outward)
+        return read_surface(parts, outward)
 
 
 def read_surface(parts: Mapping[str, Tags], outward: Place = UPWARD) -> ShellMesh:
@@ -129,7 +129,7 @@ def read_surface(parts: Mapping[str, Tags], outward: Place = UPWARD) -> ShellMes
     reference = np.array(local).reshape(width, -1)[:, :2]
     nodes = positions.reshape(-1, 3)
     mesh = ShellMesh.from_nodes(nodes, np.concatenate(elements), reference, outward)
-    return ShellMesh(mesh.vertices, mesh.cells, mesh.geometry, part_cells=part_cells)
+    return replace(mesh, part_cells=part_cells)
 
 
 def _fragmented(parts: Mapping[str, Tags], imprints: Sequence[Selection]) -> dict[str, Tags]:
@@ -140,18 +140,14 @@ def _fragmented(parts: Mapping[str, Tags], imprints: Sequence[Selection]) -> dic
     pieces = [[tag] for tag in surfaces]
     if len(surfaces) + len(tools) > 1:
         _, pieces = occ.fragment(surfaces, tools)
-    owner = {name: len(tags) for name, tags in parts.items()}
-    pieces_of, first = {}, 0
-    for name, length in owner.items():
-        surfaces_here = {
-            tag for piece in pieces[first : first + length] for tag in piece if tag[0] == 2
-        }
-        pieces_of[name], first = sorted(surfaces_here), first + length
-    wanted = {tag for tags in pieces_of.values() for tag in tags}
+    cut, following = {}, iter(pieces)
+    for name, tags in parts.items():
+        cut[name] = sorted({tag for _ in tags for tag in next(following) if tag[0] == 2})
+    wanted = {tag for tags in cut.values() for tag in tags}
     occ.remove(occ.getEntities(3))
     occ.remove([tag for tag in occ.getEntities(2) if tag not in wanted], recursive=True)
     occ.synchronize()
-    return pieces_of
+    return cut
 
 
 def _drawn(imprint: Selection) -> Tags:

@@ -5,7 +5,7 @@ orientation of their own: by their neighbours, and as a whole by an outward dire
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -158,25 +158,18 @@ class ShellMesh:
     def selected_edges(self, selection: Selection, order: int) -> Index:
         """Return the nodes (m, order + 1) of the edges within a selection, from end to end.
 
-        Nodes between the ends may be off by `ROUGH` of the length: straight edges of a curved surface
-        are.
+        Nodes between the ends may be off by `ROUGH` of the length, as on straight edges.
         """
         numbers, position = self.nodes(order)
         inner = 3 + np.arange(3 * (order - 1)).reshape(3, -1)
         ends = (0, 1), (1, 2), (0, 2)  # of skfem
-        candidates_all = np.concatenate(
-            [numbers[:, [a, *nodes, b]] for (a, b), nodes in zip(ends, inner, strict=True)]
-        )
-        edges = np.unique(candidates_all, axis=0)
+        chains = [[a, *nodes, b] for (a, b), nodes in zip(ends, inner, strict=True)]
+        edges = np.unique(np.concatenate([numbers[:, chain] for chain in chains]), axis=0)
         place = position[edges]
         length = np.linalg.norm(place[:, -1] - place[:, 0], axis=1)
         ends_inside = selection.contains(place[:, [0, -1]], ROUNDING * self.extent).all(axis=1)
-        inside = [
-            k
-            for k in np.flatnonzero(ends_inside)
-            if selection.contains(place[k], ROUGH * length[k]).all()
-        ]
-        return edges[inside]
+        near = [selection.contains(x, ROUGH * h).all() for x, h in zip(place, length, strict=True)]
+        return edges[ends_inside & near]
 
     def selected_nodes(self, selection: Selection, order: int, name: str) -> Index:
         """Return the nodes within a selection; the name is for messages."""
@@ -234,9 +227,7 @@ class ShellMesh:
                 turn = float(total[np.abs(total).argmax()])
             if turn < 0:
                 cells[here] = cells[here][:, ::-1]
-        return ShellMesh(
-            self.vertices, cells, self.geometry, self.patch_cells, self.part_cells, self.points
-        )
+        return replace(self, cells=cells)
 
     def locate(self, positions: Array) -> tuple[Index, Array]:
         """Return the cells (n,) and places in the reference triangle (n, 2) nearest to positions.
@@ -274,6 +265,4 @@ class ShellMesh:
     ) -> "ShellMesh":
         """Return the mesh with patches and response points by name."""
         cells = {name: self.selected(where, f"patch {name!r}") for name, where in patches.items()}
-        return ShellMesh(
-            self.vertices, self.cells, self.geometry, cells, self.part_cells, dict(points)
-        )
+        return replace(self, patch_cells=cells, points=dict(points))

@@ -11,7 +11,7 @@ Place = tuple[float, float, float]
 
 
 class Selection(Protocol):
-    """A part of space; ``str()`` is for messages."""
+    """A part of space."""
 
     def contains(self, position: Array, slack: float = 0.0) -> Flags:
         """Return whether positions (..., 3) [m] lie within, or nearer than ``slack`` [m]."""
@@ -29,10 +29,6 @@ class Box:
         low, high = np.array(self.low) - slack, np.array(self.high) + slack
         return np.asarray(((position >= low) & (position <= high)).all(axis=-1))
 
-    def __str__(self) -> str:
-        """Return the box as its corners in metres."""
-        return f"box {self.low} to {self.high} m"
-
 
 @dataclass(frozen=True)
 class Sphere:
@@ -45,10 +41,6 @@ class Sphere:
         """Return whether positions (..., 3) are no farther from the centre than the radius."""
         distance = np.linalg.norm(position - np.array(self.centre), axis=-1)
         return np.asarray(distance <= self.radius + slack)
-
-    def __str__(self) -> str:
-        """Return centre and radius in metres."""
-        return f"sphere of {self.radius:g} m about {self.centre}"
 
 
 @dataclass(frozen=True)
@@ -67,10 +59,6 @@ class Ring:
         radius = np.linalg.norm(arm - (arm @ axis)[..., None] * axis, axis=-1)
         return np.asarray((radius >= self.inner - slack) & (radius <= self.outer + slack))
 
-    def __str__(self) -> str:
-        """Return both radii in metres."""
-        return f"ring of {self.inner:g} to {self.outer:g} m about {self.centre}"
-
 
 @dataclass(frozen=True)
 class Line:
@@ -84,7 +72,3 @@ class Line:
         arm, step = position - np.array(self.start), np.subtract(self.end, self.start)
         share = np.clip(arm @ step / (step @ step), 0.0, 1.0)
         return np.asarray(np.linalg.norm(arm - share[..., None] * step, axis=-1) <= slack)
-
-    def __str__(self) -> str:
-        """Return both ends in metres."""
-        return f"line from {self.start} to {self.end} m"

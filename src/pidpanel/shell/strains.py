@@ -112,18 +112,25 @@ class Frames:
         rows[:, :, 8, :, 3:] = np.einsum("cqx,cqa->cqax", n, N)
         return rows.reshape(*rows.shape[:3], 6 * rows.shape[3])
 
-    @property
-    def motions(self) -> Array:
-        """(n_cells, n_places, 7, 6k) of (u, θ × n, θ·n)."""
-        n = self.axes[:, :, 2]
-        N = np.broadcast_to(self.value, self.slope.shape[:3])
-        rows = np.zeros((*self.slope.shape[:2], 7, N.shape[2], 6))
-        for x, unit in enumerate(np.eye(3)):
-            rows[:, :, x, :, x] = N
-            # e_x·(θ × n) = θ·(n × e_x)
-            rows[:, :, 3 + x, :, 3:] = np.einsum("cqy,cqa->cqay", np.cross(n, unit), N)
-        rows[:, :, 6, :, 3:] = np.einsum("cqy,cqa->cqay", n, N)
-        return rows.reshape(*rows.shape[:3], 6 * rows.shape[3])
+    def stiffness(self, layup: Layup, area: Array) -> Array:
+        """Return K (n_cells, 6k, 6k), integrated with weights (n_cells, n_places) [m²]."""
+        rows = self.strains
+        forces = (layup.stiffness @ rows) * area[:, :, None, None]
+        flat = len(rows), -1, rows.shape[3]
+        return np.asarray(rows.reshape(flat).swapaxes(1, 2) @ forces.reshape(flat))
+
+    def mass(self, layup: Layup, area: Array) -> Array:
+        """Return M (n_cells, 6k, 6k), likewise; of u, θ × n, and a little of θ·n."""
+        n, (mass, first, second) = self.axes[:, :, 2], layup.density
+        kernel = np.zeros((*area.shape, 6, 6))
+        kernel[..., :3, :3] = mass * np.eye(3)
+        kernel[..., :3, 3:] = first * np.cross(n[:, :, None], np.eye(3))  # u·(θ × n) = θ·(n × u)
+        kernel[..., 3:, :3] = kernel[..., :3, 3:].swapaxes(2, 3)
+        across = np.eye(3) - (1 - DRILLING_INERTIA) * n[..., None] * n[:, :, None]
+        kernel[..., 3:, 3:] = second * across
+        pairs = np.einsum("qa,qb->qab", self.value, self.value)
+        M = np.einsum("cq,cqij,qab->caibj", area, kernel, pairs, optimize=True)
+        return np.asarray(M.reshape(len(area), 6 * self.value.shape[1], -1))
 
 
 def frames(mesh: ShellMesh, order: int, place: Array, cells: Index, layup: Layup | None) -> Frames:

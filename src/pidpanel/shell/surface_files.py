@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
 from pathlib import Path
 
 import gmsh
@@ -98,4 +99,4 @@ def _read(
                 for group in gmsh.model.getPhysicalGroups(2)
             }
             mesh = read_surface(parts or {"surface": gmsh.model.getEntities(2)}, outward)
-    return ShellMesh(unit * mesh.vertices, mesh.cells, unit * mesh.geometry, {}, mesh.part_cells)
+    return replace(mesh, vertices=unit * mesh.vertices, geometry=unit * mesh.geometry)
