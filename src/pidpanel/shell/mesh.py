@@ -168,7 +168,9 @@ class ShellMesh:
         place = position[edges]
         length = np.linalg.norm(place[:, -1] - place[:, 0], axis=1)
         ends_inside = selection.contains(place[:, [0, -1]], ROUNDING * self.extent).all(axis=1)
-        near = [selection.contains(x, ROUGH * h).all() for x, h in zip(place, length, strict=True)]
+        near = np.array(
+            [selection.contains(x, ROUGH * h).all() for x, h in zip(place, length, strict=True)]
+        )
         return edges[ends_inside & near]
 
     def selected_nodes(self, selection: Selection, order: int, name: str) -> Index:
