@@ -29,6 +29,7 @@ ALLOWED = {
     "coupon": SHARED,
     "damping": SHARED,
     "panel": SHARED,
+    "shell": SHARED | {"panel"},
     "sound": SHARED,
     "solve": {"geometry", "panel", "spectra"},
     "response": UPSTREAM,

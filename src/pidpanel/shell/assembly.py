@@ -90,7 +90,8 @@ def assemble_shell(
             motion = sp.csr_array(sp.csr_array(arm) @ free[6 * node : 6 * node + 6])
             M = M + motion.T @ sp.diags_array([foot.mass] * 3 + list(foot.inertia)) @ motion
             participation = participation + foot.mass * motion[:3].toarray().T
-            total, turns[name] = total + foot.mass, motion[3:]
+            total = total + foot.mass
+            turns[name] = motion[3:]
     for part in attached.values():
         if isinstance(part, Hinge):
             gap = turns[part.feet[1]] - turns[part.feet[0]]
