@@ -28,6 +28,7 @@ ALLOWED = {
     "study": {"geometry", "spectra"},
     "coupon": SHARED,
     "damping": SHARED,
+    "modal_files": {"panel"},
     "panel": SHARED,
     "shell": SHARED | {"panel"},
     "sound": SHARED,

@@ -24,6 +24,7 @@ from pidpanel.study.response import LEAST_SPAN, Response
 from pidpanel.study.severity import limit_tables
 from pidpanel.study.sound import Sound
 from pidpanel.study.stated_dampers import ImpedanceDamper, TableDamper
+from pidpanel.study.structure import Structure
 
 # Overall levels of a table [dB] outside which it is taken for one in other units
 QUIETEST, LOUDEST = 100.0, 170.0
@@ -52,6 +53,10 @@ def checked_study(source: str | Path | Document) -> Study | CouponStudy:
         mistakes += check_panel(study)
     if mistakes:
         raise document.error(dict.fromkeys(mistakes))
+    if isinstance(study, Study) and isinstance(study.panel, Structure):
+        from pidpanel.structure.from_study import with_normals
+
+        return study.model_copy(update={"panel": with_normals(study.panel)})
     return study
 
 
@@ -170,12 +175,15 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
 def _check_layouts(study: Study, *, is_meshed: bool) -> Iterator[Mistake]:
     """Yield patches of one layout that fill the same cells; a blanket may lie on filled ones."""
     from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.structure.from_study import structure_of
 
-    shapes = {name: patch.shape for name, patch in study.panel.patches.items()}
+    shapes = {name: getattr(patch, "shape", None) for name, patch in study.panel.patches.items()}
     cells: Mapping[str, Index] = {}
     if None in shapes.values() and is_meshed:
-        panel = StudiedPanel(study.panel)
-        cells = panel.foreign.panel_mesh(panel.patches, {}).patch_cells if panel.foreign else {}
+        if isinstance(study.panel, Structure):
+            cells = structure_of(study.panel).patches
+        elif foreign := (panel := StudiedPanel(study.panel)).foreign:
+            cells = foreign.panel_mesh(panel.patches, {}).patch_cells
 
     def share_cells(patch: str, second: str) -> bool:
         shape, second_shape = shapes[patch], shapes[second]
@@ -310,10 +318,12 @@ def _check_base(study: Study, motion: BaseMotion, random: RandomMotion) -> Itera
                 yield Mistake(("base", "notching", *way, key), message)
 
 
-def _mass_of(panel: Panel) -> float | None:
+def _mass_of(panel: Panel | Structure) -> float | None:
     """Return the mass of a panel without attachments [kg]; None where its mistakes are reported."""
     from pidpanel.panel.from_study import StudiedPanel
 
+    if isinstance(panel, Structure):
+        return panel.mass_kg
     studied = StudiedPanel(panel)
     try:
         return float(studied.section.mass_per_area * studied.area.area)
@@ -321,7 +331,7 @@ def _mass_of(panel: Panel) -> float | None:
         return None
 
 
-def _check_masses(panel: Panel) -> Iterator[Mistake]:
+def _check_masses(panel: Panel | Structure) -> Iterator[Mistake]:
     weight = _mass_of(panel)
     if weight is None:
         return
@@ -335,10 +345,18 @@ def _check_masses(panel: Panel) -> Iterator[Mistake]:
 
 
 def _check_mesh(
-    panel: Panel, highest: float, damper_mass: Mapping[str, float]
+    panel: Panel | Structure, highest: float, damper_mass: Mapping[str, float]
 ) -> Iterator[Mistake]:
     from pidpanel.panel.from_study import StudiedPanel
+    from pidpanel.structure.any_structure import StructureRefused
+    from pidpanel.structure.from_study import structure_of
 
+    if isinstance(panel, Structure):
+        try:
+            structure_of(panel).check(highest)
+        except StructureRefused as refused:
+            yield Mistake(("panel", *refused.keys), str(refused))
+        return
     try:
         StudiedPanel(panel).check(highest, damper_mass)
     except ValueError as error:

@@ -12,7 +12,6 @@ from pidpanel.damping_ratio import DampingRatio
 from pidpanel.geometry.polygon import Rectangle
 from pidpanel.panel.attachments import with_attachments
 from pidpanel.panel.basis import basis_of, with_condensed_face
-from pidpanel.panel.from_study import write_panel
 from pidpanel.panel.grid import mesh_quadrilaterals
 from pidpanel.panel.section import ThinSection
 from pidpanel.panel.shapes import panel_shapes
@@ -29,6 +28,7 @@ from pidpanel.solve.layout import AttachedDamper, DamperLayout, layouts
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.panel import ModalPanel
 from pidpanel.solve.receptances import patch_stiffness
+from pidpanel.structure.from_study import write_panel
 from pidpanel.study import load_study
 from tests.jobs import PANEL, files, within
 

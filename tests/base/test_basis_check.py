@@ -87,7 +87,7 @@ def test_a_basis_is_widened_by_what_all_motions_miss_until_the_last_attempt(
 ):
     widths = []
 
-    def supported_in(start, plate, further_shapes, highest, mass):
+    def supported_in(start, plate, further_shapes, highest, mass, translation):
         widths.append(further_shapes.shape[1])
         return len(widths)
 

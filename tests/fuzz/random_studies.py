@@ -7,10 +7,10 @@ from pathlib import Path
 import yaml
 
 from pidpanel.panel.files import read_basis
-from pidpanel.panel.from_study import write_panel
 from pidpanel.report.from_study import write_study_page
 from pidpanel.response.from_study import write_export, write_maps, write_response
 from pidpanel.sound.from_study import write_sound
+from pidpanel.structure.from_study import write_panel
 from tests.jobs import PANEL, RESPONSE, SOUND, files, within
 
 TABLE = """\

@@ -13,9 +13,9 @@ from pidpanel.optimise.excitations import static_shapes
 from pidpanel.optimise.fidelity import FIDELITIES, first_fidelity, least_loaded_ratio
 from pidpanel.optimise.places import place_plate
 from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import write_panel
 from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.sound.from_study import write_sound
+from pidpanel.structure.from_study import write_panel
 from pidpanel.study import load_study
 from tests.jobs import PANEL, SOUND, files, within
 

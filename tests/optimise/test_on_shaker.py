@@ -8,8 +8,8 @@ import yaml
 from pidpanel.base.from_study import write_base
 from pidpanel.optimise.from_study import write_proposal
 from pidpanel.panel.files import read_basis
-from pidpanel.panel.from_study import write_panel
 from pidpanel.sound.from_study import write_sound
+from pidpanel.structure.from_study import write_panel
 from pidpanel.study import load_study
 from tests.jobs import PANEL, SOUND, files, within
 

@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 from pidpanel.panel.files import read_basis
-from pidpanel.panel.from_study import write_panel
 from pidpanel.response import refinement
 from pidpanel.response.from_study import write_response
 from pidpanel.solve.basis_error import LINES, check_basis
@@ -13,6 +12,7 @@ from pidpanel.solve.lines import line_count
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.sharpness import flanks, least_damping_ratio, loaded_modes
 from pidpanel.sound.from_study import write_sound
+from pidpanel.structure.from_study import write_panel
 from pidpanel.study import load_study
 from tests.jobs import PANEL, RESPONSE, SOUND, files, within
 

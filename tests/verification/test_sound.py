@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.special import spherical_jn
 from skfem import MeshQuad, MeshTri
 
 from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
@@ -13,8 +14,10 @@ from pidpanel.sound.free_edges import FreePanel
 from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.rectangle import RectangleJumps
+from pidpanel.sound.surface import tabulate_diffuse_surface
 from tests.sound.hats import BY_ELEMENTS
 from tests.sound.panels import SIDES, l_mesh, sine_panel
+from tests.sound.surfaces import sphere
 
 pytestmark = [pytest.mark.verification, pytest.mark.slow]
 
@@ -155,6 +158,20 @@ def test_a_close_wall_is_the_air_spring_of_the_gap(free):
         case="Free panel before a close wall",
         method="Chebyshev functions in wavenumbers, with the image", source="ρc²/d",
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("ka", [0.5, 2.0, 5.0])
+def test_a_diffuse_field_on_a_sphere_has_its_closed_form(record, ka):
+    radius = 0.5
+    table = tabulate_diffuse_surface(11.0, sphere(radius))
+    for degree, force in enumerate(np.diagonal(table.matrix([ka / radius])[0])):
+        expected = (4 * np.pi * radius**2 * spherical_jn(degree, ka)) ** 2 / (2 * degree + 1)
+        record(
+            f"modal force G of P_{degree}(cos θ) at ka = {ka:g}", force, expected, unit="m4",
+            tolerance=1e-9, case="Sphere of 0.5 m in a diffuse field, incident pressure",
+            method="Legendre polynomials in depth, plane waves",
+            source="(4πa² j_l(ka))²/(2l + 1), by the addition theorem of sin(kR)/(kR)",
+        )  # fmt: skip
 
 
 # ---- in a rigid wall; references by adaptive quadrature of the double integral in the distance,

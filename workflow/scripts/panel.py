@@ -1,7 +1,7 @@
 """Mesh and modes of the panel of a study: modes, mesh, section and matrices."""
 
 from pidpanel import job
-from pidpanel.panel.from_study import write_panel
+from pidpanel.structure.from_study import write_panel
 
 with job.started(snakemake) as (study, _, output):
     write_panel(study, output)

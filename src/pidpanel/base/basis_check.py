@@ -16,7 +16,13 @@ from pidpanel.panel.matrices import StoredPlate
 from pidpanel.response.cases import ResponseScenario, plan_cases
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.refinement import stiffness_on_patches
-from pidpanel.solve.base_motion import SupportedPanel, integrals_of_shapes, supported_panel
+from pidpanel.solve.base_motion import (
+    UNIT,
+    SupportedPanel,
+    Translation,
+    integrals_of_shapes,
+    supported_panel,
+)
 from pidpanel.solve.basis_error import (
     BasisCheck,
     ErrorsAt,
@@ -39,12 +45,13 @@ def checked_panel(
     mass: float,
     shaken: Shaken,
     scenarios: Sequence[ResponseScenario],
+    translation: Translation = UNIT,
 ) -> tuple[SupportedPanel, float]:
     """Return the panel in a basis that is good for all motions, and its largest error [1].
 
     Parameters
     ----------
-    start, plate, further_shapes, highest, mass
+    start, plate, further_shapes, highest, mass, translation
         Same as in `supports.supported_panel`.
     shaken
         Function that returns the panel under each motion of the supports.
@@ -53,7 +60,7 @@ def checked_panel(
     """
 
     def check(further: Array, attempt: int) -> tuple[SupportedPanel, list[BasisCheck]]:
-        supported = supported_panel(start, plate, further, highest, mass)
+        supported = supported_panel(start, plate, further, highest, mass, translation)
         panels = shaken(supported)
         return supported, [_check(panel, supported, plate, scenarios, attempt) for panel in panels]
 
@@ -82,7 +89,7 @@ def _check(
         basis,
         plate,
         supported.vectors.astype(np.float32),
-        base_errors(basis, plate, supported.vectors),
+        base_errors(basis, plate, supported.vectors, supported.inertia.translation),
         panel.settings.damping_ratio,
         span[1],
         lines,
@@ -90,15 +97,18 @@ def _check(
     )
 
 
-def base_errors(basis: PanelBasis, plate: StoredPlate, vectors: Array) -> ErrorsAt:
+def base_errors(
+    basis: PanelBasis, plate: StoredPlate, vectors: Array, translation: Translation = UNIT
+) -> ErrorsAt:
     """Return the errors of the shapes ``vectors`` (n_free, n) under base motion."""
-    everything = np.column_stack([plate.inertia, integrals_of_shapes(basis, plate)[:, :-1]])
+    integrals = integrals_of_shapes(basis, plate, translation.quadrature)[:, :-1]
+    everything = np.column_stack([plate.inertia, integrals])
     in_shapes = vectors.T @ everything
 
     def psds(point_motion: Complexes, omega: float, s: Complexes, loads: Array) -> Array:
         """Return PSDs (n_points,) of the absolute accelerations over that of the supports."""
         force = loads[:, 1:] @ s / omega**2 - loads[:, 0]
-        return np.asarray(np.abs(1 - omega**2 * (point_motion.T @ force)) ** 2)
+        return np.asarray(np.abs(translation.points - omega**2 * (point_motion.T @ force)) ** 2)
 
     def errors(frequency: float, stiffness: Complexes, motions: Sequence[ElementMotion]) -> Array:
         omega, pairs = 2 * np.pi * frequency, list(zip(stiffness, motions, strict=True))

@@ -22,8 +22,7 @@ from pidpanel.base.sine import (
     sweep_errors,
 )
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.files import read_basis
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv
@@ -59,6 +58,7 @@ from pidpanel.solve.layout import AttachedDamper
 from pidpanel.solve.mesh_error import mesh_error
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
+from pidpanel.structure.from_study import read_moved_panel, studied
 from pidpanel.study import Study
 from pidpanel.study.base_motion import BaseMotion, SineMotion
 
@@ -166,11 +166,10 @@ def write_base(
     def shaker_panels(supported: SupportedPanel) -> list[ResponsePanel]:
         return [shaker.panel_with(supported, scenarios) for shaker in shakers.values()]
 
-    plate = read_plate(files.plate)
+    basis, plate, translation = read_moved_panel(study, files)
     supported, error = checked_panel(
-        read_basis(files.modes), plate, np.zeros((len(plate.shapes), 0)),
-        study.response.frequency_hz[1],
-        read_panel_mass(study, files.section), shaker_panels, scenarios,
+        basis, plate, np.zeros((len(plate.shapes), 0)), study.response.frequency_hz[1],
+        read_panel_mass(study, files.section), shaker_panels, scenarios, translation,
     )  # fmt: skip
     panels = dict(zip(shakers, shaker_panels(supported), strict=True))
     attributes = {**stamp(study), "basis_error": error}
@@ -226,7 +225,7 @@ def shakers_of(study: Study) -> dict[str, Shaker]:
         study.panel.modal_damping,
         stated_acceleration_g=study.damping.level.acceleration_g,
     )
-    panel = StudiedPanel(study.panel)
+    panel = studied(study.panel)
     near = panel.point_refinement_error(study.response.frequency_hz[1])
     mesh_terms = panel.section.mass_per_area, panel.wave_shift, near
     return {

@@ -15,9 +15,9 @@ import yaml
 from pidpanel.cli.mesh_draft import MeshDraft
 from pidpanel.columns import read_rows
 from pidpanel.damping.laws import FREQUENCY_RANGE
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.table import read_spectrum
+from pidpanel.structure.from_study import studied
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
 from pidpanel.study.requirements import DEPTH, WIDTH
@@ -123,7 +123,7 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
             study = load_study(file)
             try:
                 masses = study.damper_masses() if draft.deck else {}
-                StudiedPanel(study.panel).check(study.response.frequency_hz[1], masses)
+                studied(study.panel).check(study.response.frequency_hz[1], masses)
             except ValueError as error:
                 if step == last:
                     raise StudyError(f"{file}: panel: {error}") from None

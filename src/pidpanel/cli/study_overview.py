@@ -9,33 +9,28 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.cli.remarks import tables_in_words, unusual
 from pidpanel.coupon.from_study import distinct_cases
 from pidpanel.geometry.cells import bulk_fraction
 from pidpanel.study import CouponStudy, Filling, Scenario, Study
 from pidpanel.study.base_motion import BaseMotion
 from pidpanel.study.dampers import BedDamper
+from pidpanel.study.panel import Panel
 from pidpanel.study.scenarios import vector_text
-from pidpanel.study.severity import limit_tables
+from pidpanel.study.structure import Structure
 
 if TYPE_CHECKING:  # slow to import; a study of the coupon or of the panel alone needs half of it
     from pidpanel.arrays import Array
     from pidpanel.panel.basis import PanelBasis
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.panel.mesh import PanelMesh
-    from pidpanel.study.panel import Panel
 
-THIRD = 2 ** (1 / 3)  # a third octave: a smaller gap at the ends of the data is not reported
 MODES = 6  # number of natural frequencies listed
 # Elements that are solved in about four seconds, by section and kind.
 MOST_CELLS: Mapping[str, int] = {"thin triangles": 1100}
 MOST_OF_OTHERS = 8000
-USUAL_ACCELERATION = 0.01, 100.0  # of tests and limits [g]
 COARSE = 1.05  # largest frequency of a coarser mesh over that of the study's
 COARSER = 2.0  # edge length of a coarser mesh over that of the one before
-# Damping ratios of bare panels with their attachments [1], and C_e below which nothing is damped
-# [N s/m³]: 0.07 % of critical damping at 30 Hz, all over a panel of 4 kg/m².
-USUAL_RATIO, LEAST_DAMPING = (0.001, 0.1), 1.0
 CORNERS = 20.0  # edge length at re-entrant corners of a coarser mesh over that by default
 
 
@@ -55,7 +50,11 @@ def overview(study: CouponStudy, results: Path = Path("results")) -> str:
 
     `StudyError` for coupled runs of a panel without modes; see `coupled.from_study.check_modes`.
     """
-    lines = list(_of_panel(study, solve(study.panel))) if isinstance(study, Study) else []
+    lines: list[tuple[str, str]] = []
+    if isinstance(study, Study) and isinstance(study.panel, Structure):
+        lines += _of_structure(study, study.panel)
+    elif isinstance(study, Study) and isinstance(study.panel, Panel):
+        lines += _of_panel(study, study.panel, solve(study.panel))
     if times := list(_of_runs(study, results)):
         lines.append(("time", f"{'; '.join(times)} of CPU time in LIGGGHTS"))
     return "\n".join([summary(study), *(f"  {label:8} {text}" for label, text in lines)])
@@ -128,15 +127,15 @@ def solve(panel: Panel) -> PanelEstimate:
     return PanelEstimate(study_mesh, coordinates, rigid, first.frequency, elements, basis)
 
 
-def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[tuple[str, str]]:
+def _of_panel(study: Study, panel: Panel, estimate: PanelEstimate) -> Iterator[tuple[str, str]]:
     """Yield what is checked first of a panel, each with its label."""
     from pidpanel.geometry.plane_mesh import cell_areas
     from pidpanel.panel.from_study import StudiedPanel
 
-    mesh, studied = estimate.mesh, StudiedPanel(study.panel)
+    mesh, studied = estimate.mesh, StudiedPanel(panel)
     area = abs(cell_areas(mesh.vertices, mesh.cells))
     mass = studied.section.mass_per_area * float(area.sum())
-    attached = sum(item.mass_kg for item in study.panel.masses.values())
+    attached = sum(item.mass_kg for item in panel.masses.values())
     carried = f", plus {attached:.3g} kg attached" if attached else ""
     yield "panel", f"{area.sum():.4g} m², {mass:.3g} kg{carried}"
     size = f"{len(mesh.cells)} elements, {len(mesh.vertices)} nodes"
@@ -150,25 +149,52 @@ def _of_panel(study: Study, estimate: PanelEstimate) -> Iterator[tuple[str, str]
         lower = 1.0 if estimate.elements == len(mesh.cells) else COARSE
         check_modes(study, 0.0 if estimate.rigid else float(estimate.frequency[0]) / lower)
     yield "modes", _of_modes(study, estimate)
-    if names := study.panel.single_points:
+    if names := panel.single_points:
         remedy = "where frequencies depend on the mesh; state radius_m, of a mass from_m and to_m"
         yield "supports", f"{', '.join(names)} at single points, {remedy}"
     if study.sound is not None:
         yield "stretch", _of_stretching(studied)
     patch_area = {name: float(area[cells].sum()) for name, cells in mesh.patch_cells.items()}
     yield "points", "; ".join(_of_points(mesh, studied))
+    yield from _of_inputs(study, patch_area, mass + attached)
+    if study.sound is not None:
+        yield from (("sound", text) for text in _of_sound(study, estimate.basis) if text)
+
+
+def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]:
+    """Yield what is checked first of a structure, each with its label."""
+    from pidpanel.structure.from_study import structure_of
+
+    structure = structure_of(section)
+    area, cells = structure.surface.area, structure.surface.cells
+    mass = structure.section.mass_per_area * float(area.sum())
+    yield "surface", f"{area.sum():.4g} m², {mass:.3g} kg"
+    yield "mesh", f"{len(cells)} elements, {len(structure.surface.vertices)} nodes"
+    if remarks := structure.remarks:
+        yield "file", "; ".join(remarks)
+    yield "modes", f"{', '.join(f'{f:.4g}' for f in structure.first_frequency[:MODES])} Hz"
+    patch_area = {name: float(area[inside].sum()) for name, inside in structure.patches.items()}
+    if patch_area:
+        yield "patches", "; ".join(f"{name} {value:.4g} m²" for name, value in patch_area.items())
+    yield from _of_inputs(study, patch_area, mass)
+    if study.sound is not None:
+        yield from (("sound", text) for text in _of_sound(study, None) if text)
+
+
+def _of_inputs(
+    study: Study, patch_area: Mapping[str, float], mass: float
+) -> Iterator[tuple[str, str]]:
+    """Yield what is checked first of dampers, tables, limits and the motion of supports."""
     for label, weights in _damper_masses(study, patch_area).items():
-        shares = [100 * weight / (mass + attached) for weight in weights]
+        shares = [100 * weight / mass for weight in weights]
         yield "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
-    yield from (("data", text) for text in _of_tables(study))
+    yield from (("data", text) for text in tables_in_words(study))
     yield from (("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
     yield from (("gravity", text) for text in _of_gravities(study))
     for name, key in study.massless_dampers.items():
         yield "mass", f"the particles of {name} have no mass in the computation; {key}"
     yield from (("cells", text) for text in study.differing_cells)
-    yield from (("unusual", text) for text in _unusual(study))
-    if study.sound is not None:
-        yield from (("sound", text) for text in _of_sound(study, estimate) if text)
+    yield from (("unusual", text) for text in unusual(study))
     if study.base is not None:
         yield "base", "; ".join(_of_base(study.base))
 
@@ -215,33 +241,10 @@ def _of_stretching(studied: StudiedPanel) -> str:
     return f"{opening}; edges are {panel.in_plane_edges} in the plane (panel.in_plane_edges)"
 
 
-def _of_tables(study: Study) -> Iterator[str]:
-    """Yield tables of damping and limits that end within the frequencies of the response."""
-    from pidpanel.check import damping_tables
-    from pidpanel.damping.table_files import read_columns
-    from pidpanel.spectra.acceleration_table import read_base_table
-
-    low, high = study.response.frequency_hz
-    for keys, table in damping_tables(study):
-        frequency = read_columns(table, impedance=keys[-1] == "impedance")["frequency_hz"]
-        if frequency.min() > low * THIRD or frequency.max() < high / THIRD:
-            yield (
-                f"{table.name} has {frequency.min():g} to {frequency.max():g} Hz, the response "
-                f"{low:g} to {high:g} Hz; damping is held constant outside"
-            )
-    for point, table in limit_tables(study.limits).items():
-        first, last = read_base_table(table).frequency[[0, -1]].tolist()
-        if first > low * THIRD or last < high / THIRD:
-            yield (
-                f"limits.{point}.psd has {first:g} to {last:g} Hz, the response {low:g} to "
-                f"{high:g} Hz; there is no margin outside"
-            )
-
-
 def _of_gravities(study: Study) -> Iterator[str]:
     """Yield the beds whose gravity with steady acceleration is not 1 g along the motion."""
     beds = {
-        scenario.damper_name(patch): damper.apparent_gravity_g
+        study.damper_name(scenario, patch): damper.apparent_gravity_g
         for scenario in study.all_scenarios()
         for patch in scenario.patches
         if isinstance(damper := study.damper_in(scenario, patch), BedDamper)
@@ -249,33 +252,6 @@ def _of_gravities(study: Study) -> Iterator[str]:
     for name, vector in beds.items():
         if vector != (0.0, 0.0, -1.0):
             yield f"{name} feels {vector_text(vector)} g along x, y and the motion z"
-
-
-def _unusual(study: Study) -> Iterator[str]:
-    """Yield values that are allowed and most likely meant otherwise."""
-    from pidpanel.spectra.acceleration_table import read_base_table
-
-    ratio, (low, high) = max(study.panel.modal_damping.ratio), USUAL_RATIO
-    if ratio > high:
-        yield (f"panel.damping_ratio = {ratio:g} is {100 * ratio:g} %; bare panels have {low:g} to "
-               f"{high:g}, and {ratio:g} % would be {ratio / 100:g}")  # fmt: skip
-    for name, damper in study.dampers.items():
-        damping = getattr(damper, "equivalent_damping_n_s_m3", 0.0)
-        if 0 < damping < LEAST_DAMPING:
-            yield (f"dampers.{name}.equivalent_damping_n_s_m3 = {damping:g} does nothing; it is per"
-                   " area, usually 10 to 100000: N s/m of a cell over its area")  # fmt: skip
-    tables = {f"limits.{point}.psd": table for point, table in limit_tables(study.limits).items()}
-    random, sine = (study.base.random, study.base.sine) if study.base else (None, None)
-    tables |= {"base.random.spectrum": random.spectrum} if random else {}
-    accelerations = {key: read_base_table(table).rms for key, table in tables.items()}
-    accelerations |= {f"limits.{p}.rms_g": x.rms_g for p, x in study.limits.items() if x.rms_g}
-    accelerations |= {"base.sine.acceleration_g": sine.acceleration_g} if sine else {}
-    for key, acceleration in accelerations.items():
-        low, high = USUAL_ACCELERATION
-        if not low <= acceleration <= high:
-            guess = f"; {acceleration:.3g} m/s² would be {acceleration / STANDARD_GRAVITY:.3g}"
-            usual = f"tests and limits have {low:g} to {high:g}{guess * (acceleration > high)}"
-            yield f"{key} has {acceleration:.2g} g; {usual}"
 
 
 def _of_points(mesh: PanelMesh, studied: StudiedPanel) -> Iterator[str]:
@@ -352,7 +328,7 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
     return bulk * damper.particles.effective_density(diameter) * damper.cell.depth * fill
 
 
-def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
+def _of_sound(study: Study, basis: PanelBasis | None) -> Iterator[str]:
     """Yield the levels overall, in the range and as tabulated; the surroundings, and others."""
     from pidpanel.sound.from_study import spectrum_of, surroundings_text
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
@@ -369,7 +345,7 @@ def _of_sound(study: Study, estimate: PanelEstimate) -> Iterator[str]:
         f"{read_pressure(sound.spectrum)[1]}{scenarios}"
     )
     yield study.setting
-    if (basis := estimate.basis) is not None:
+    if basis is not None:
         yield surroundings_text(study, basis, basis.natural_frequency, basis.modal_mass)
 
 

@@ -22,8 +22,7 @@ from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.from_study import damper_model, with_mass_of
 from pidpanel.damping.models import FilledDamper
-from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.panel.files import read_basis
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
@@ -34,6 +33,7 @@ from pidpanel.sound.field_files import MODAL_FORCE, read_table
 from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
+from pidpanel.structure.from_study import read_moved_panel, studied
 from pidpanel.study import Scenario, Study, StudyError
 from pidpanel.study.dampers import COUPLED, BedDamper
 
@@ -129,11 +129,11 @@ def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
         youngs_modulus=None if keys.youngs_modulus_mpa is None else 1e6 * keys.youngs_modulus_mpa,
         attributes=stamp(study),
     )
-    basis, plate = read_basis(files.modes), read_plate(files.plate)
+    basis, plate, translation = read_moved_panel(study, files)
     if motion is not None:
-        mass = StudiedPanel(study.panel).section.mass_per_area * basis.quadrature_weight.sum()
+        mass = studied(study.panel).section.mass_per_area * basis.quadrature_weight.sum()
         none = np.zeros((len(plate.shapes), 0))
-        supported = supported_panel(basis, plate, none, span[1], float(mass))
+        supported = supported_panel(basis, plate, none, span[1], float(mass), translation)
         moving = with_translation(supported.basis, supported.inertia)
         excitation = BaseExcitation.of_inertia(motion, supported.inertia)
         return ExcitedPanel(settings, moving, plate, supported.vectors, excitation, None)

@@ -144,7 +144,7 @@ def dampers_of(
     ``folder`` has the surfaces of simulated tones. A damper that shall have no mass is a dashpot.
     """
     sections = {name: (name, study.dampers[name]) for name in study.used_dampers} | {
-        scenario.damper_name(patch): (str(filling.damper), study.damper_in(scenario, patch))
+        study.damper_name(scenario, patch): (str(filling.damper), study.damper_in(scenario, patch))
         for scenario in study.all_scenarios()
         for patch, filling in scenario.fillings.items()
     }

@@ -1,4 +1,4 @@
-"""Areas, edges and the boundary of a plane mesh of triangles or quadrilaterals."""
+"""Areas, edges and the boundary of a mesh of triangles or quadrilaterals."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +9,8 @@ from pidpanel.arrays import Array, Index
 def cell_areas(vertices: ArrayLike, cells: Index) -> Array:
     """Return the signed area (n_cells,) [m²], negative where the vertices go round clockwise.
 
-    By the shoelace formula, positions counted from the first vertex of each cell.
+    By the shoelace formula, positions counted from the first vertex of each cell. In space the area
+    of cells that are flat, which has no sign.
 
     Examples
     --------
@@ -17,7 +18,11 @@ def cell_areas(vertices: ArrayLike, cells: Index) -> Array:
     [1.0, -1.0]
     """
     corners = np.asarray(vertices, dtype=float)[cells]
-    x, y = np.moveaxis(corners - corners[:, :1], -1, 0)
+    offset = corners - corners[:, :1]
+    if offset.shape[-1] == 3:
+        vector = np.cross(offset, np.roll(offset, -1, axis=1)).sum(axis=1)
+        return 0.5 * np.linalg.norm(vector, axis=1)
+    x, y = np.moveaxis(offset, -1, 0)
     cross = x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y
     return 0.5 * np.sum(cross, axis=1)
 

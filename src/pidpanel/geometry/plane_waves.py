@@ -8,7 +8,7 @@ the transpose of interpolation: Σ_q w_q φ_q f(x_q) = Σ_J c_J f(x_J) with c_J 
 for every polynomial f up to that degree.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,7 +29,10 @@ gauss = np.polynomial.legendre.leggauss  # nodes and weights on [−1, 1]
 
 @dataclass(frozen=True)
 class MovedFace:
-    """A face that moves in n shapes, as the force of a field on them needs it."""
+    """A face that moves in n shapes, as the force of a field on them needs it.
+
+    Positions of a curved face have three columns, and w is the motion along its normal.
+    """
 
     # (n_quadrature, 2) points [m] for integrals of a pressure on the shapes
     quadrature_position: Array
@@ -43,6 +46,8 @@ class MovedFace:
     vertex_position: Array  # (n_vertices, 2) vertices of the mesh [m]
     cells: Index  # (n_cells, 4) or (n_cells, 3) vertex numbers of the cells
     shape_at_vertices: Array  # (n_vertices, n) w of each shape at the vertices [1]
+    # (n_quadrature, 3) normals of a curved face at its points; None of a plane one
+    quadrature_normal: Array | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)

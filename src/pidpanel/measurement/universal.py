@@ -10,7 +10,15 @@ import pyuff
 
 from pidpanel.arrays import Array
 from pidpanel.columns import ColumnsError
-from pidpanel.tabular.units import DIMENSIONLESS, HERTZ, Unit, UnitError, contradicts, unit_of_label
+from pidpanel.tabular.units import (
+    DIMENSIONLESS,
+    HERTZ,
+    Unit,
+    UnitError,
+    contradicts,
+    unit_of_label,
+    unit_system,
+)
 
 SUFFIXES = (".uff", ".unv", ".uf58")
 
@@ -23,7 +31,6 @@ BODY = 13  # line of a data set from which on it has numbers
 AXES = {"abscissa": 9, "ordinate": 10, "orddenom": 11}  # lines of a data set
 LABEL = 46  # column from which on an axis has its unit; longer ones than the format has are whole
 NO_LABELS = ("", "NONE")
-LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3, 10: 1e3}
 DIRECTIONS = {"x": 1, "y": 2, "z": 3}  # codes of directions
 MOST_LISTED = 6  # data sets in a message
 PADDING = 6  # numbers of a line, the last of which some programs fill
@@ -196,7 +203,12 @@ def _data_set(
             for name, number in AXES.items()
         }
         systems = [place for place, kind in enumerate(kinds[:place]) if kind == UNITS]
-        return data, axes, _system(file.read_sets(systems[-1])) if systems else None
+        system = file.read_sets(systems[-1]) if systems else None
+        return (
+            data,
+            axes,
+            system and unit_system(*map(system.get, ("units_code", "length", "force"))),
+        )
     except ColumnsError:
         raise
     except UnitError as error:
@@ -241,13 +253,3 @@ def _label(line: bytes) -> str:
         text = line.decode("cp1252", errors="replace")
     label = text[LABEL:].strip()
     return "" if label.upper() in NO_LABELS else label
-
-
-def _system(data: Mapping[str, Any]) -> tuple[Unit, Unit]:
-    """Return the units of length and force of a data set 164, which has their numbers in SI."""
-    length, force = float(data["length"]), float(data["force"])
-    expected = LENGTH_FACTORS.get(int(data["units_code"]), length)
-    if not (0.99 < length < np.inf and 0 < force < np.inf and abs(length / expected - 1) < 1e-3):
-        message = f"{length:g} units of length in a metre and {force:g} of force in a newton"
-        raise UnitError(f"{message} contradict units code {data['units_code']}")
-    return Unit(1 / length, 1), Unit(1 / force, 1, 1, -2)

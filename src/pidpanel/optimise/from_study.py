@@ -69,7 +69,7 @@ from pidpanel.solve.stress import distinct_layers
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
-from pidpanel.study.panel import MOST_CARRIED
+from pidpanel.study.panel import MOST_CARRIED, Panel
 
 NODES = 200  # layouts whose further dampers branch and bound evaluates at most
 
@@ -81,9 +81,16 @@ def section_of(study: Study) -> Optimise:
     return study.optimise
 
 
+def flat_panel(study: Study) -> StudiedPanel:
+    """Return the panel; `ValueError` for a structure with modes from a file."""
+    if not isinstance(study.panel, Panel):
+        raise ValueError("optimise: not computed for a structure; compare layouts in scenarios")
+    return StudiedPanel(study.panel)
+
+
 def places_of(study: Study) -> Places:
     """Return the places of a study; `NoPlace` without any."""
-    section, panel = section_of(study), StudiedPanel(study.panel)
+    section, panel = section_of(study), flat_panel(study)
     forbidden = [area.shape for area in section.forbidden.values()]
     obstacles = [shapely.Polygon(shape.corners) for shape in forbidden if shape is not None]
     return places_on(
@@ -104,7 +111,7 @@ def fillings_of(study: Study, folder: Path | None) -> list[FilledDamper]:
 
 def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     """Yield limits that no layout meets, places that are not there, dampers without a mass."""
-    section, area = section_of(study), StudiedPanel(study.panel).area
+    section, area = section_of(study), flat_panel(study).area
     for name, forbidden in section.forbidden.items():
         shape = forbidden.shape
         if shape is not None and not shapely.Polygon(shape.corners).intersects(area):
@@ -116,7 +123,7 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         return
     if set(study.coupons) & set(study.placed_dampers):
         return  # their mass is known once they are filled
-    heaviest = MOST_CARRIED * StudiedPanel(study.panel).section.mass_per_area * area.area
+    heaviest = MOST_CARRIED * flat_panel(study).section.mass_per_area * area.area
     if section.mass_kg > heaviest:
         message = f"must be at most {heaviest:.3g}, {MOST_CARRIED} times the mass of the panel"
         yield Mistake(("optimise", "mass_kg"), message)
@@ -137,7 +144,7 @@ def _alternatives(
     study: Study, panels: Sequence[PlacedPanel], objective: Objective
 ) -> Callable[[float], tuple[float, float]]:
     """Return what a mass [kg] on the panel itself reduces [dB]; see `variants`."""
-    layer, area = section_of(study).damping_layer, StudiedPanel(study.panel).area.area
+    layer, area = section_of(study).damping_layer, flat_panel(study).area.area
 
     def value(panel: PlacedPanel, modal: ModalBasis) -> float:
         coarse = FIDELITIES[0]._replace(rank=1)

@@ -3,7 +3,7 @@
 Its face is condensed by `pidpanel.geometry.plane_waves`, as the sound needs it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,7 +14,6 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace, condensed
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
-from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.shapes import Shapes, on_patch
 
 # Largest wavenumber of the face over the larger of those of the sound and of the shapes.
@@ -57,21 +56,26 @@ class PanelBasis(WettedFace):
     cell_in_patch: Flags  # (n_patches, n_cells) the cells of each patch
     point_names: tuple[str, ...]  # names of the response points, in the order of `shape_at_points`
     patch_names: tuple[str, ...]  # names of the patches, in the order of `patch_overlap`
+    # (n,) by how much the mesh raises frequencies at most [1], where it is known mode by mode
+    frequency_shift: Array | None = field(default=None, kw_only=True)
 
 
-def basis_of(mesh: PanelMesh, plate: AssembledPlate, shapes: Shapes) -> PanelBasis:
+def basis_of(mesh: PanelMesh, plate: PlateMatrices, shapes: Shapes) -> PanelBasis:
     """Return the values of shapes wherever they are needed."""
-    layers = plate.section.layers
+    section = getattr(plate, "section", None)  # none of modes from a file
+    layers = section.layers if section else ()
     cells = np.arange(len(mesh.cells))
     return PanelBasis(
         **values_of(plate, shapes),
         vertex_position=mesh.vertices,
         cells=mesh.cells,
         layer_names=tuple(layer.name for layer in layers),
-        layer_strain=np.array([layer.strain for layer in layers]),
-        layer_stress=np.array([layer.stress for layer in layers]),
-        core_stress=plate.section.core_stress,
-        point_position=np.array(list(mesh.points.values()), dtype=float).reshape(-1, 2),
+        layer_strain=np.array([layer.strain for layer in layers]).reshape(-1, 3, 3),
+        layer_stress=np.array([layer.stress for layer in layers]).reshape(-1, 3, 3),
+        core_stress=section.core_stress if section else np.zeros((2, 2)),
+        point_position=np.array(list(mesh.points.values()), dtype=float).reshape(
+            -1, mesh.vertices.shape[1]
+        ),
         cell_in_patch=np.array(
             [np.isin(cells, mesh.patch_cells[name]) for name in plate.patch_overlap]
         ).reshape(-1, len(cells)),
@@ -107,6 +111,7 @@ def values_of(plate: PlateMatrices, shapes: Shapes) -> dict[str, Any]:
         "quadrature_weight": plate.quadrature_weight,
         "shape_at_quadrature": at_quadrature,
         "quadrature_wavenumber": np.inf,
+        "quadrature_normal": plate.quadrature_normal,
         "face_overlap": root.T @ root,
         "shape_at_vertices": at_vertices,
         "curvature_at_vertices": curvature,
@@ -140,7 +145,12 @@ def face_wavenumber(basis: PanelBasis, sound: float) -> float:
 
 
 def with_condensed_face(moved: Face, wavenumber: float) -> Face:
-    """Return a basis, or other motions of a face, condensed for waves to a wavenumber [rad/m]."""
+    """Return a basis, or other motions of a face, condensed for waves to a wavenumber [rad/m].
+
+    A curved face is returned as it is.
+    """
+    if moved.quadrature_normal is not None:
+        return moved
     face = condensed(PanelQuadrature.from_face(moved), wavenumber)
     return replace(
         moved,

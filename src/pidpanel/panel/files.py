@@ -13,12 +13,13 @@ import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 
-from pidpanel.arrays import described_variables, variable
+from pidpanel.arrays import Array, described_variables, variable
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.provenance.results import read_netcdf
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
+OPTIONAL = {"quadrature_normal", "frequency_shift"}  # of structures
 # In single precision: errors of 6e-8 of each value are 1e-9 of an integral over the panel.
 SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
 # Only for viewing: 16 bits, scaled to the largest value of each shape
@@ -26,6 +27,12 @@ PACKED = {"curvature_at_vertices", "shear_at_vertices"}
 FULL = 2**15 - 1
 # NetCDF 3 holds big-endian numbers and 32-bit integers: the types to compute with, by kind
 NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
+# Arrays of a plate that only structures have, with dimensions and unit
+OF_STRUCTURE = {
+    "quadrature_normal": ("quadrature space", "1"),
+    "participation": ("coordinate space", "kg"),
+    "point_direction": ("point space", "1"),
+}
 SYMMETRIC = ("stiffness", "mass")  # matrices stored by their upper triangle
 
 
@@ -37,6 +44,8 @@ def write_basis(path: Path, basis: PanelBasis, attributes: Mapping[str, str]) ->
     variables = {}
     for name, (dimensions, unit, long_name) in VARIABLES.items():
         value = getattr(basis, name)
+        if value is None:
+            continue
         if isinstance(value, tuple):
             value = np.array(value, dtype=object)
         if name in SINGLE:
@@ -59,9 +68,10 @@ def read_basis(path: Path) -> PanelBasis:
     ResultsDamaged
         If the file lacks a variable or cannot be read.
     """
-    dataset = read_netcdf(path, [*VARIABLES, *(f"{name}_step" for name in PACKED)])
+    required = VARIABLES.keys() - OPTIONAL
+    dataset = read_netcdf(path, [*required, *(f"{name}_step" for name in PACKED)])
     values: dict[str, Any] = {}
-    for name in VARIABLES:
+    for name in [name for name in VARIABLES if name in dataset]:
         value = dataset[name].to_numpy()
         if name.endswith("_names"):
             values[name] = tuple(str(entry) for entry in value)
@@ -83,9 +93,14 @@ def write_shapes(path: Path, basis: PanelBasis) -> None:
     for i, frequency in enumerate(basis.natural_frequency):
         kind = "residual" if basis.is_residual[i] else "mode"
         shapes[f"{kind}_{i + 1:03d}_{frequency:.2f}_hz"] = basis.shape_at_vertices[:, i]
-    position = np.pad(basis.vertex_position, ((0, 0), (0, 1)))
+    position = in_space(basis.vertex_position)
     kind = {4: "quad", 3: "triangle"}[basis.cells.shape[1]]
     meshio.Mesh(position, [(kind, basis.cells)], point_data=shapes).write(path)
+
+
+def in_space(position: Array) -> Array:
+    """Return positions (n, 3), with z = 0 of those in a plane."""
+    return np.pad(position, ((0, 0), (0, 3 - position.shape[1])))
 
 
 def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -> None:
@@ -109,6 +124,9 @@ def write_plate(path: Path, plate: StoredPlate, attributes: Mapping[str, str]) -
             variables |= _as_variables(f"{kind}_{k}", matrix)
     for name in ("at_vertices", "at_points", "point_weight", "at_quadrature"):
         variables |= _as_variables(name, getattr(plate, name))
+    for name, (dimensions, unit) in OF_STRUCTURE.items():
+        if (value := getattr(plate, name)) is not None:
+            variables[name] = variable(dimensions, value, unit)
     if plate.stretching is not None:
         axes, name = "mode mode_2 mode_3 mode_4", "membrane energy of the lowest modes"
         variables["stretching"] = variable(axes, plate.stretching.tensor, "N m-3", name)
@@ -154,6 +172,7 @@ def read_plate(path: Path) -> StoredPlate:
         quadrature_weight=array("quadrature_weight"),
         at_quadrature=matrix("at_quadrature"),
         inertia=array("inertia"),
+        **{name: array(name) for name in OF_STRUCTURE if name in data},
         shapes=array("shapes", np.float32),
         stretching=Stretching(array("stretched_mode", np.int64), array("stretching"))
         if "stretching" in data

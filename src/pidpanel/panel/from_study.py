@@ -15,24 +15,24 @@ from pidpanel.geometry.polygon import Position, Shape, check_panel, signed_area
 from pidpanel.panel import checks, supports
 from pidpanel.panel import section as sections
 from pidpanel.panel.attachments import Attachment, with_attachments
-from pidpanel.panel.basis import basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.grid import grid_lines, mesh_quadrilaterals
-from pidpanel.panel.mesh import PanelMesh, check_names, write_triangles
+from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.mindlin import assemble_shear_plate
 from pidpanel.panel.nastran import read_nastran
 from pidpanel.panel.plate import AssembledPlate
 from pidpanel.panel.resolution import ElementKind, Region, element_sizes
-from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
-from pidpanel.panel.stretching import check_edges, panel_stretching
+from pidpanel.panel.stretching import check_edges
 from pidpanel.panel.thin import assemble_thin_plate
 from pidpanel.panel.triangles import mesh_triangles, rim_size
-from pidpanel.provenance.digests import stamp
-from pidpanel.provenance.files import Files
-from pidpanel.study import Study
 from pidpanel.study.panel import EXTENT, MOST_ELEMENTS, Panel
-from pidpanel.study.section import MaterialInput
+from pidpanel.study.section import (
+    MaterialInput,
+    SandwichSectionInput,
+    SolidSectionInput,
+    ThinSectionInput,
+)
 from pidpanel.study.supports import Node
 
 # Elements across a panel that is narrower than its elements should be long.
@@ -44,6 +44,23 @@ def _material(spec: MaterialInput) -> sections.Material:
     if E is not None and nu is not None:
         return sections.Material.isotropic(E, nu, spec.density_kg_m3)
     return sections.Material(spec.e1, spec.e2, spec.g12, spec.nu12 or 0.0, spec.density_kg_m3)
+
+
+def section_of(
+    spec: ThinSectionInput | SolidSectionInput | SandwichSectionInput,
+) -> sections.Section:
+    """Return a section in SI units."""
+    if spec.kind == "thin":
+        return sections.ThinSection(*spec.properties)
+    if spec.kind == "solid":
+        return sections.SolidSection(*spec.properties)
+    materials = {name: _material(material) for name, material in spec.all_materials.items()}
+    top, bottom = (
+        tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
+        for plies in (spec.plies("top"), spec.plies("bottom"))
+    )
+    core = sections.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
+    return sections.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
 
 
 @dataclass(frozen=True)
@@ -76,18 +93,7 @@ class StudiedPanel:
     @cached_property
     def section(self) -> sections.Section:
         """The section of the whole panel, in SI units."""
-        spec = self.panel.section
-        if spec.kind == "thin":
-            return sections.ThinSection(*spec.properties)
-        if spec.kind == "solid":
-            return sections.SolidSection(*spec.properties)
-        materials = {name: _material(material) for name, material in spec.all_materials.items()}
-        top, bottom = (
-            tuple(sections.Ply(materials[ply.material], ply.thickness, ply.angle) for ply in plies)
-            for plies in (spec.plies("top"), spec.plies("bottom"))
-        )
-        core = sections.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
-        return sections.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
+        return section_of(self.panel.section)
 
     @cached_property
     def patches(self) -> dict[str, Shape | str]:
@@ -257,7 +263,7 @@ class StudiedPanel:
             return mesh_quadrilaterals(path, self._size, *drawn)
         if self.foreign is not None:
             mesh = self.foreign.panel_mesh(self.patches, self.points)
-            write_triangles(path, mesh)
+            write_cells(path, mesh)
             return mesh
         return mesh_triangles(
             path,
@@ -364,37 +370,3 @@ class StudiedPanel:
         if self.foreign is None or grid is None:
             raise ValueError(f"node {grid}: this panel has no mesh file")
         return self.foreign.at_node(grid)
-
-
-def write_panel(study: Study, output: Files) -> None:
-    """Mesh the panel of a study, find its modes, and write the files of the stage.
-
-    Parameters
-    ----------
-    output
-        modes, table, shapes, mesh, section and plate.
-
-    Raises
-    ------
-    ValueError
-        If `StudiedPanel` refuses the panel.
-    """
-    # a check needs neither pandas nor xarray
-    from pidpanel.panel import tables
-    from pidpanel.panel.files import write_basis, write_plate, write_shapes
-
-    panel, (lowest, highest) = StudiedPanel(study.panel), study.response.frequency_hz
-    mesh = panel.mesh(output.mesh, panel.patch_sizes(highest, study.damper_masses(with_rows=True)))
-    plate = panel.plate(mesh)
-    shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=study.damper_masses())
-    basis = basis_of(mesh, plate, shapes)
-    held = panel.supports if study.panel.in_plane_edges == "held" else None
-    stretching = panel_stretching(mesh, plate, shapes, lowest, held)
-    write_plate(output.plate, plate.with_shapes(shapes.vectors, stretching), stamp(study))
-    wavenumber = face_wavenumber(basis, 2 * np.pi * highest / study.wave_speed)
-    write_basis(output.modes, with_condensed_face(basis, wavenumber), stamp(study))
-    write_shapes(output.shapes, basis)
-    modes = tables.mode_table(basis, panel.navier_size, panel.section)
-    modes.to_csv(output.table, index=False, float_format="%.8g")
-    section = tables.section_table(panel.section, float(basis.quadrature_weight.sum()))
-    section.to_csv(output.section, index=False, float_format="%.8g")

@@ -40,6 +40,14 @@ class PlateMatrices:
     quadrature_normal: Array | None = field(default=None, kw_only=True)
     # (n, 3) ∫ N ρ dV along x, y, z: forces per acceleration of all supports of a structure [kg]
     participation: Array | None = field(default=None, kw_only=True)
+    # (n_points, 3) directions of the motion at the points of a structure
+    point_direction: Array | None = field(default=None, kw_only=True)
+
+    @property
+    def is_of_modes(self) -> bool:
+        """Whether the coordinates are the modes of a file, of which K and M are diagonal."""
+        diagonal = self.stiffness.nnz <= self.stiffness.shape[0]
+        return diagonal and self.mass.nnz <= self.mass.shape[0]
 
     def with_shapes(self, shapes: Array, stretching: "Stretching | None" = None) -> "StoredPlate":
         """Return the matrices with the shapes (n, n_shapes) of a basis, and their stretching."""

@@ -94,12 +94,13 @@ def read_mesh(path: Path, patches: Iterable[str], points: Mapping[str, Position]
     return PanelMesh(vertices, cells[order], CELL_KINDS[kind], patch_cells, dict(points))
 
 
-def write_triangles(path: Path, mesh: PanelMesh) -> None:
-    """Write a mesh of triangles to a ``.msh`` file, without groups, for viewing."""
+def write_cells(path: Path, mesh: PanelMesh) -> None:
+    """Write a mesh to a ``.msh`` file, without groups, for viewing."""
     import meshio  # slow to import, for files alone
 
-    position = np.pad(mesh.vertices, ((0, 0), (0, 1)))
-    meshio.gmsh.write(path, meshio.Mesh(position, [("triangle", mesh.cells)]), "4.1", binary=False)
+    position = np.pad(mesh.vertices, ((0, 0), (0, 3 - mesh.vertices.shape[1])))
+    kind = {3: "triangle", 4: "quad"}[mesh.cells.shape[1]]
+    meshio.gmsh.write(path, meshio.Mesh(position, [(kind, mesh.cells)]), "4.1", binary=False)
 
 
 # C's ``signal``: unlike Python's, it works in any thread and returns handlers of C too.

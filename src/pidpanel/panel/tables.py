@@ -9,7 +9,7 @@ from pidpanel.panel.section import SandwichSection, Section, ThinSection
 
 
 def mode_table(
-    basis: PanelBasis, size: tuple[float, float] | None, section: Section
+    basis: PanelBasis, size: tuple[float, float] | None, section: Section | None
 ) -> pd.DataFrame:
     """Return the modes with their frequencies and the closed form where there is one.
 
@@ -24,7 +24,7 @@ def mode_table(
             "modal_mass_kg": basis.modal_mass[:count],
         }
     )
-    if size is None:
+    if size is None or section is None:
         return table
     orders, share = navier.mode_orders(basis, size)
     m, n = orders.T
@@ -38,22 +38,25 @@ def mode_table(
     return table
 
 
-def section_table(section: Section, area: float) -> pd.DataFrame:
-    """Return matrices and masses of the section and of a panel of an area [m²], entry by entry."""
+def section_table(section: Section | None, area: float, mass: float) -> pd.DataFrame:
+    """Return matrices and masses of a section, an area [m²] and a mass [kg], entry by entry.
+
+    Without a section, as of modes from a file, only the masses.
+    """
     entries: list[tuple[str, np.ndarray | float, str]] = []
     if isinstance(section, SandwichSection):
         A, B, D = section.abd
         # what rounding leaves of the coupling of symmetric faces is none
         B = np.where(np.abs(B) < 1e-12 * np.sqrt(A.max() * D.max()), 0.0, B)
         entries += [("A", A, "N/m"), ("B", B, "N"), ("D", D, "N m")]
-    entries.append(("bending", section.bending, "N m"))
-    if not isinstance(section, ThinSection):
-        entries += [
-            ("shear", section.shear, "N/m"),
-            ("rotary_inertia", section.rotary_inertia, "kg"),
-        ]
-    entries += [("mass_per_area", section.mass_per_area, "kg/m2"), ("area", area, "m2")]
-    entries.append(("mass", area * section.mass_per_area, "kg"))
+    if section is not None:
+        entries.append(("bending", section.bending, "N m"))
+        if not isinstance(section, ThinSection):
+            entries += [
+                ("shear", section.shear, "N/m"),
+                ("rotary_inertia", section.rotary_inertia, "kg"),
+            ]
+    entries += [("mass_per_area", mass / area, "kg/m2"), ("area", area, "m2"), ("mass", mass, "kg")]
     rows = []
     for name, value, unit in entries:
         if isinstance(value, float):

@@ -21,7 +21,6 @@ from matplotlib.text import Annotation
 from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
 from pidpanel.report.answer import Candidate, StudyAnswer
@@ -34,6 +33,7 @@ from pidpanel.report.layout import (
     separate,
 )
 from pidpanel.report.text import number, records
+from pidpanel.structure.from_study import AnyPanel
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
 
@@ -52,12 +52,13 @@ _EDGE = {
     "simply_supported_soft": ("#000000", 2.6, (0, (4, 1)), "simply supported edge (soft)"),
     "clamped": ("#8c1515", 3.4, "-", "clamped edge"),
     "free": ("#555555", 0.9, "-", "free edge"),
+    "edge": ("#555555", 0.9, "-", "edge"),
 }
 
 
 def panel_figure(
     basis: PanelBasis,
-    panel: StudiedPanel,
+    panel: AnyPanel,
     rms: Array | None,
     layout: pd.DataFrame | None = None,
 ) -> Figure:
@@ -129,7 +130,7 @@ def _fillings(axes: Axes, layout: pd.DataFrame) -> list[Annotation]:
     return names
 
 
-def _attachments(axes: Axes, panel: StudiedPanel) -> list[Annotation]:
+def _attachments(axes: Axes, panel: AnyPanel) -> list[Annotation]:
     names = []
     places = {name: (s.position, s.kind) for name, s in panel.supports.points.items()}
     springs = {name: a for name, a in panel.attachments.items() if a.stiffness}

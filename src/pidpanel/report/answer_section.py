@@ -9,7 +9,6 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import style
 from pidpanel.report.answer import (
     COLUMNS,
@@ -29,6 +28,7 @@ from pidpanel.report.rms import psd_curve
 from pidpanel.report.templates import sentence
 from pidpanel.report.text import NAMES, number, span, value_text
 from pidpanel.response.trust import NO_ERROR
+from pidpanel.structure.from_study import studied
 
 
 def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
@@ -60,7 +60,7 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
 
 def panel_picture(inputs: PanelInputs, rms: Array | None, caption: str = "") -> Picture:
     """Return the drawing of the panel over a map of rms acceleration (n_vertices,) [g]."""
-    panel = StudiedPanel(inputs.study.panel)
+    panel = studied(inputs.study.panel)
     return figure_picture("panel", panel_figure, inputs.basis, panel, rms, caption=caption)
 
 

@@ -14,7 +14,7 @@ from pidpanel.panel.files import read_basis
 from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.report import html, text
 from pidpanel.report.inputs import without_errors
-from pidpanel.report.maps_section import FIELD_STYLES, map_figure, scale_ends
+from pidpanel.report.maps_section import fields_of, map_figure, scale_ends
 from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.text import DECIBEL_DECIMALS, common_decimals, records, value_text
 from pidpanel.response.trust import SIGNIFICANCE
@@ -57,7 +57,7 @@ def read_side(folder: Path, unknown: Sequence[str] = ()) -> Side:
     maps = None
     if (response / "maps.nc").is_file() and (folder / "panel" / "modes.nc").is_file():
         inside = read_basis(folder / "panel" / "modes.nc").cell_in_patch
-        maps = read_netcdf(response / "maps.nc", ["cells", *FIELD_STYLES]), inside
+        maps = read_netcdf(response / "maps.nc", ["cells", "acceleration_rms"]), inside
     return Side(folder.name, summary, psd, maps)
 
 
@@ -289,12 +289,13 @@ def _maps(first: Side, second: Side) -> list[html.PageSection]:
     if first.maps is None or second.maps is None:
         return []
     drawn = {first.name: first.maps, second.name: second.maps}
-    ends = [scale_ends(maps) for maps, _ in drawn.values()]
+    styles = fields_of(*(maps for maps, _ in drawn.values()))
+    ends = [scale_ends(maps, styles) for maps, _ in drawn.values()]
     tops = {name: max(side_tops[name] for side_tops in ends) for name in ends[0]}
     blocks = []
     for number, (name, (maps, inside)) in enumerate(drawn.items()):
         titles = [f"{name}: {scenario}" for scenario in maps["scenario"].to_numpy()]
-        shown = maps, inside, titles, tops
+        shown = maps, inside, titles, tops, styles
         caption = f"Rms acceleration and stress of {name}; colours as in the other map."
         blocks.append(html.figure_picture(f"maps_{number}", map_figure, *shown, caption=caption))
     return [html.PageSection("maps", "Maps", blocks)]

@@ -53,7 +53,7 @@ def _panel(study: Study, basis: PanelBasis, section: pd.DataFrame) -> dict[str, 
     """Return size, mass and stiffness of a panel, and its modes."""
     length, width = np.ptp(basis.vertex_position, axis=0)
     value = section.set_index(["quantity", "row", "column"])["value"]
-    axes = (1,) if study.panel.section.kind == "thin" else (1, 2)
+    axes = {"thin": (1,), "unknown": ()}.get(study.panel.section.kind, (1, 2))
     modes = ~basis.is_residual
     return {
         "length": length,

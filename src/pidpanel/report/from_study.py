@@ -21,6 +21,7 @@ from pidpanel.report.html import Page, write_page
 from pidpanel.report.study_page import coupon_page, shaker_page, study_page
 from pidpanel.report.templates import sentence
 from pidpanel.response.from_study import partly_known
+from pidpanel.structure.surface import flattened
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import VariedCoupon
@@ -84,7 +85,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         study=study,
         stamp=stamp(study),
         modes=read_csv(panel / "modes.csv"),
-        basis=read_basis(panel / "modes.nc"),
+        basis=flattened(read_basis(panel / "modes.nc")),
         section=read_csv(panel / "section.csv"),
         printed=pd.read_csv(PAPER_TABLE, comment="#"),
         coupons={
@@ -123,7 +124,9 @@ def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inp
         psd=psd,
         bands=read_csv(folder / "sound" / "spectrum.csv"),
         stress=inputs.read_by_point(response / "stress.csv"),
-        maps=read_netcdf(response / "maps.nc"),
+        maps=inputs.with_vertices(
+            read_netcdf(response / "maps.nc"), on_panel.basis.vertex_position
+        ),
         severity=inputs.read_severity(folder / "severity", study.severity)
         if study.severity
         else None,

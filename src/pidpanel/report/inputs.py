@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pidpanel.arrays import Array
 from pidpanel.damping import surface_files
 from pidpanel.damping.models import Damper
 from pidpanel.damping.surface import DampingSurface
@@ -198,6 +199,12 @@ def read_severity(folder: Path, stated: Severity) -> SeverityResults:
         tables[name] = table.astype(dict.fromkeys(numbers, float))
     maps = None if stated.strength is None else read_netcdf(folder / "maps.nc")
     return SeverityResults(**tables, stated=stated, maps=maps)
+
+
+def with_vertices(maps: xr.Dataset, position: Array) -> xr.Dataset:
+    """Return maps with the vertices (n, 2) where they are drawn [m]."""
+    drawn = maps.drop_vars("vertex_position")
+    return drawn.assign(vertex_position=(("vertex", "axis"), position))
 
 
 def read_measurements(folder: Path) -> MeasurementResults:

@@ -32,12 +32,18 @@ def case_titles(maps: xr.Dataset, names: Mapping[str, str]) -> list[str]:
 def maps_section(maps: xr.Dataset, cell_in_patch: Flags, names: Mapping[str, str]) -> PageSection:
     """Return the maps of rms acceleration and stress."""
     titles = case_titles(maps, names)
+    drawn = fields_of(maps)
     values = {
-        "maps": figure_picture("maps", map_figure, maps, cell_in_patch, titles),
-        "layers": maps["layer"].to_numpy().tolist(),
+        "maps": figure_picture("maps", map_figure, maps, cell_in_patch, titles, styles=drawn),
+        "layers": maps["layer"].to_numpy().tolist() if "layer" in maps else [],
         "exceeded_share": EXCEEDED_SHARE,
     }
     return template_section("maps.html", "Maps", values)
+
+
+def fields_of(*maps: xr.Dataset) -> dict[str, tuple[str, float, str]]:
+    """Return the looks of the fields that all maps have; modes from a file have no stress."""
+    return {name: look for name, look in FIELD_STYLES.items() if all(name in each for each in maps)}
 
 
 def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:

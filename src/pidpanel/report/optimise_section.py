@@ -8,13 +8,13 @@ import pandas as pd
 from markupsafe import Markup
 from matplotlib.ticker import MaxNLocator
 
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import html, style
 from pidpanel.report.answer_figures import panel_figure
 from pidpanel.report.inputs import PanelInputs, ProposalResults
 from pidpanel.report.response_figures import chart_picture, psd_unit
 from pidpanel.report.templates import fill, sentence
 from pidpanel.report.text import NAMES, common_decimals, number, records, value_text
+from pidpanel.structure.from_study import studied
 
 NARROW = 5.2  # width of a picture, two of which make a row [in]
 
@@ -61,7 +61,7 @@ def _values(proposal: ProposalResults) -> dict[str, Any]:
 
 def proposal_choice(proposal: ProposalResults, inputs: PanelInputs) -> html.Fragment:
     """Return the front of mass and reduction, with drawing and PSD of each layout."""
-    layouts, drawn = [], (inputs.basis, StudiedPanel(inputs.study.panel))
+    layouts, drawn = [], (inputs.basis, studied(inputs.study.panel))
     for row in records(proposal.front):
         layout = row["layout"]
         reduction = value_text(row["reduction_db"], row["reduction_error_db"])

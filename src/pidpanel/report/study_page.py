@@ -9,7 +9,6 @@ import pandas as pd
 
 from pidpanel.damping.laws import paper_corrected
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.paths import SECTION
 from pidpanel.progress import with_progress
 from pidpanel.report.answer import answer_of
@@ -46,6 +45,7 @@ from pidpanel.report.warnings import (
     mesh_under_base_motion,
     study_warnings,
 )
+from pidpanel.structure.from_study import studied
 
 Steps = Sequence[tuple[str, str]]  # (text, command) to reproduce the results
 
@@ -148,7 +148,8 @@ def _under_sound(
     if inputs.maps is not None:
         yield maps_section(inputs.maps, inputs.basis.cell_in_patch, names)
     yield summary_section(study, inputs.summary)
-    yield stress_section(with_names(inputs.stress, names))
+    if len(inputs.stress):
+        yield stress_section(with_names(inputs.stress, names))
     if inputs.severity is not None:
         yield severity_section(inputs.severity, inputs)
 
@@ -228,7 +229,7 @@ def _warnings(inputs: PanelInputs, base: BaseResults) -> list[str]:
         "unstable": [],
         "panel_mesh": mesh_under_base_motion(inputs, inputs.names, base),
         "at_points": {"names": study.panel.single_points},
-        "remarks": StudiedPanel(study.panel).remarks,
+        "remarks": studied(study.panel).remarks,
         "has_tones": False,
         "coupons": doubted_coupons(inputs.coupons),
     }

@@ -22,6 +22,8 @@ from pidpanel.report.templates import lines
 from pidpanel.report.text import capitalised, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_shifts
+from pidpanel.structure.from_study import studied
+from pidpanel.study.panel import Panel
 
 NO_VALUES = pd.Series(dtype=float)  # of a column that is not there
 NAMED = 3  # scenarios that a warning names
@@ -59,7 +61,7 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         "base_mesh": base_mesh,
         "panel_mesh": coarse_mesh(inputs, inputs.names, summary),
         "at_points": at_points(inputs, summary),
-        "remarks": StudiedPanel(study.panel).remarks,
+        "remarks": studied(study.panel).remarks,
         "has_dampers": proposed is not None or bool(answer and answer.candidates),
         "has_tones": bool(study.coupons)
         or inputs.layouts.loc[~is_atlas, "damping_read_at_g"].notna().any()
@@ -160,6 +162,8 @@ def coarse_mesh(
     edge = element_sizes(inputs.basis.vertex_position, inputs.basis.cells).max()
     highest = inputs.study.response.frequency_hz[1]
     panel = inputs.study.panel
+    if not isinstance(panel, Panel):  # of whose mesh nothing is known
+        return None
     cause = StudiedPanel(panel).cause_of_shift(float(edge), highest)
     has_feet = any(point.radius_m for point in panel.support_input.points.values())
     is_unsized = panel.mesh.kind == "triangles" and panel.corner_size is None
@@ -167,7 +171,7 @@ def coarse_mesh(
         cause = "unsized feet"
     return {
         "cause": cause,
-        "is_file": inputs.study.panel.mesh.kind == "file",
+        "is_file": panel.mesh.kind == "file",
         "name": names[largest["scenario"]],
         "psd_db": psd_db,
         "rms": rms,

@@ -17,6 +17,7 @@ from pidpanel.arrays import Array
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping_ratio import DampingRatio
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.panel.files import in_space
 from pidpanel.response.cases import ResponseScenario
 from pidpanel.response.nastran import (
     LINEAR,
@@ -138,8 +139,8 @@ def _universal_head(title: str, position: Array) -> str:
         ],
         UNITS: [f"{SI:10}{'SI: metre (newton)':<20}{RELATIVE:10}", one * 3, zero],
         NODES: [
-            f"{node:10}{0:10}{0:10}{0:10}{x:13.5E}{y:13.5E}{0:13.5E}"
-            for node, (x, y) in enumerate(position.tolist(), start=1)
+            f"{node:10}{0:10}{0:10}{0:10}{x:13.5E}{y:13.5E}{z:13.5E}"
+            for node, (x, y, z) in enumerate(in_space(position).tolist(), start=1)
         ],
     }
     lines = [["    -1", f"{kind:6}", *records, "    -1"] for kind, records in rows.items()]
@@ -200,7 +201,7 @@ def write_exports(
         series = [*psds, case["acceleration_psd_log_error"]]
         curves += _curves(label, points, series, doubts[label], subcase)
         write_csv(folder / f"psd_{label}.csv", _psd_columns(case, frequency, points), 7)
-        if not scenario.is_bare:
+        if not scenario.is_bare and basis.quadrature_normal is None:  # bushes along z
             in_patch = dict(zip(basis.patch_names, basis.cell_in_patch, strict=True))
             damping, mass = case["equivalent_damping"], case["apparent_mass"]
             dampers = {

@@ -17,7 +17,6 @@ from pidpanel.damping.laws import ConstantDamper
 from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv
@@ -41,6 +40,7 @@ from pidpanel.sound.from_study import (
     spectrum_of,
 )
 from pidpanel.sound.radiation import Air
+from pidpanel.structure.from_study import studied
 from pidpanel.study import Scenario, Study
 from pidpanel.study.dampers import TONES, BedDamper
 
@@ -71,7 +71,7 @@ def read_response_panel(study: Study, files: Files) -> ResponsePanel:
         If the file of the air is missing but needed.
     """
     level, table = study.damping.level, read_table(files.modal_force, MODAL_FORCE)
-    basis, panel = read_basis(files.modes), StudiedPanel(study.panel)
+    basis, panel = read_basis(files.modes), studied(study.panel)
     excitation = excitation_of(study.acoustics, table)
     return ResponsePanel(
         Settings(
@@ -152,7 +152,7 @@ def scenario_of(
         1.0,
         {
             patch: FilledDamper(
-                *damper_of(label, patch, scenario.damper_name(patch)), filling.fill_fraction
+                *damper_of(label, patch, study.damper_name(scenario, patch)), filling.fill_fraction
             )
             for patch, filling in scenario.fillings.items()
         },

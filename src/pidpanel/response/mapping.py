@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Index, variable
+from pidpanel.panel.files import in_space
 from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario, own_force_of
 from pidpanel.response.panel import ResponsePanel
@@ -41,13 +42,14 @@ def map_dataset(
     position = variable("vertex axis", vertex_position, "m", "vertices of the mesh")
     variables["vertex_position"] = position
     variables["cells"] = variable("cell corner", cells, "1", "vertex numbers")
-    return xr.Dataset(variables, {"scenario": ("case", list(maps)), "layer": list(layers)})
+    dataset = xr.Dataset(variables, {"scenario": ("case", list(maps))})
+    return dataset.assign_coords(layer=list(layers)) if layers else dataset
 
 
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
     """Write a VTU file for each case, and ``maps.pvd`` with all of them as steps."""
     folder.mkdir(exist_ok=True)
-    position = np.pad(dataset["vertex_position"].to_numpy(), ((0, 0), (0, 1)))
+    position = in_space(dataset["vertex_position"].to_numpy())
     cells = dataset["cells"].to_numpy()
     kind = {4: "quad", 3: "triangle"}[cells.shape[1]]
     entries = []
@@ -111,8 +113,10 @@ def write_rms_maps(
             maps[scenario.label] = {
                 "acceleration": rms_map(covariance.acceleration, basis.shape_at_vertices),
                 "displacement": rms_map(covariance.displacement, basis.shape_at_vertices),
-                **layer_maps(covariance.displacement, basis.curvature_at_vertices, layers),
             }
+            if layers.names:  # of modes from a file there are none
+                curvature = basis.curvature_at_vertices
+                maps[scenario.label] |= layer_maps(covariance.displacement, curvature, layers)
             if np.any(basis.core_stress):
                 shear = np.swapaxes(basis.core_stress @ basis.shear_at_vertices, 0, 1)
                 maps[scenario.label] |= {

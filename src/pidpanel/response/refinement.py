@@ -23,6 +23,7 @@ from pidpanel.response.cases import (
     resolve,
 )
 from pidpanel.response.panel import ExcitationSource, ResponsePanel, WaveShift, widen
+from pidpanel.response.truncation import truncation_errors
 from pidpanel.solve.basis_error import (
     BasisCheck,
     ForceAt,
@@ -93,6 +94,8 @@ def checked_responses(
         Source of the excitation on shapes that join the basis, and on all elements.
     """
     panel = resolve(panel, heaviest_dampers(panel, scenarios))
+    if plate.is_of_modes:
+        return _in_modes(panel, plate, scenarios, source)
 
     def tried(further_shapes: Array, attempt: int) -> tuple[_Attempt, list[BasisCheck]]:
         wider = widen(panel, plate, further_shapes, source)
@@ -117,6 +120,23 @@ def checked_responses(
     cases = plan.solve(solver, motions)
     errors = _mesh_errors(wider, cases, mesh_shifts(wider, scenarios))
     return CheckedResponses(wider, solver, cases, worst, further_shapes, errors)
+
+
+def _in_modes(
+    panel: ResponsePanel,
+    plate: StoredPlate,
+    scenarios: Sequence[ResponseScenario],
+    source: ExcitationSource,
+) -> CheckedResponses:
+    """Return every scenario in the modes of a file, with what their number leaves out."""
+    none = np.zeros((plate.shapes.shape[0], 0))
+    panel = widen(panel, plate, none, source)
+    plan = plan_cases(panel, scenarios)
+    worst = truncation_errors(panel, plan)
+    solver = panel.solver()
+    cases = plan.solve(solver)
+    errors = _mesh_errors(panel, cases, mesh_shifts(panel, scenarios))
+    return CheckedResponses(panel, solver, cases, worst, none, errors)
 
 
 def mesh_shifts(
@@ -146,10 +166,15 @@ def mode_shifts(basis: PanelBasis, modes: LoadedModes, mass: Array, wave_shift: 
     motion = basis.shape_at_vertices @ modes.shape
     area = np.abs(cell_areas(basis.vertex_position, basis.cells))
     energy = area[:, None] * np.mean(motion[basis.cells] ** 2, axis=1)
-    strains = [
-        BoundaryStrain(*of_mode)
-        for of_mode in zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
-    ]
+    strains: list[BoundaryStrain | None] = [None] * len(modes.frequency)
+    if basis.quadrature_normal is None:  # of a plate
+        parts = zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
+        strains = [BoundaryStrain(*of_mode) for of_mode in parts]
+    if basis.frequency_shift is not None:  # mode by mode, the mass of dampers left out
+        natural = basis.natural_frequency[~basis.is_residual]
+        rise = np.maximum.accumulate(basis.frequency_shift[: len(natural)])
+        shift = np.interp(modes.frequency, natural, rise)
+        return np.tile(shift / MARGIN, (1 + len(mass), 1))
     rows = []
     for cells, extra in zip(
         (slice(None), *basis.cell_in_patch), (0.0, *mass.tolist()), strict=True

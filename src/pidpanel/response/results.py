@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.panel.matrices import Stretching
@@ -33,6 +34,7 @@ from pidpanel.solve.panel import fixed_points
 from pidpanel.solve.solvers import Request
 
 FREQUENCY = "frequency_hz"
+STRESS_PLACE = ["scenario", "layer", "quantity", "point"]  # of ``stress.csv``
 CORE = "core"  # name of the core among the layers of ``stress.csv``
 
 
@@ -75,12 +77,14 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: File
     tables.cases_dataset(rows.psds, tables.PSD_VARIABLES, psds).assign_attrs(
         tabulation.attributes, level=tabulation.level, resolved_damping_ratio=panel.resolved_ratio
     ).to_netcdf(output.psd, engine="scipy")
-    write_csv(output.stress_table, pd.DataFrame(rows.stress))
-    strains = {**axes, "layer": rows.layers.names}
-    variables = tables.stress_variables(stress.QUANTITIES)
-    tables.cases_dataset(rows.strains, variables, strains, np.float32).assign_attrs(
-        tabulation.attributes
-    ).to_netcdf(output.stress, engine="scipy")
+    stress_table = pd.DataFrame(rows.stress, columns=None if rows.stress else STRESS_PLACE)
+    write_csv(output.stress_table, stress_table)
+    strains = xr.Dataset()
+    if rows.layers.names:  # of modes from a file there are none
+        variables = tables.stress_variables(stress.QUANTITIES)
+        places = {**axes, "layer": rows.layers.names}
+        strains = tables.cases_dataset(rows.strains, variables, places, np.float32)
+    strains.assign_attrs(tabulation.attributes).to_netcdf(output.stress, engine="scipy")
     write_further_shapes(output.left_out, checked.further_shapes, dict(tabulation.attributes))
 
 
@@ -229,7 +233,9 @@ class _Rows:
             units = stress.CORE_QUANTITIES if layer == CORE else stress.QUANTITIES
             values = (f, part, units, points, log_error, undamped.get(layer), model)
             rows += [{"layer": layer, **row} for row in tables.stress_rows(*values)]
-        psd = np.stack([parts[layer] for layer in self.layers.names])
+        psd = np.array([parts[layer] for layer in self.layers.names]).reshape(
+            -1, len(f), len(points), len(stress.QUANTITIES)
+        )
         names = enumerate(stress.QUANTITIES)
         return {f"{name}_psd": np.moveaxis(psd[..., i], 0, 2) for i, name in names}, rows
 

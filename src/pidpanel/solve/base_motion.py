@@ -1,6 +1,7 @@
 """A panel on moving supports: absolute motion from relative motion and a translation.
 
-All supports move along the normal by z. The panel moves by u = φᵀ q + z, q relative to them. With
+All supports move along the normal by z. The panel moves by u = φᵀ q + z (a curved one by φᵀ q +
+(n·d) z along its normals n, for a motion along d), q relative to them. With
 L = φᵀ M 1 and d_p = ∫_p φ dA, dampers s_p = iω C_e − ω² m_a on patch p feel the absolute motion,
 
     (K − ω² M + iω C) q = ω² L z − Σ_p s_p (D_p q + d_p z).
@@ -18,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pidpanel.arrays import Array
-from pidpanel.panel.basis import PanelBasis, patch_areas
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.eigen import factors
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.solve.basis_error import basis_shapes, refined
@@ -28,8 +29,24 @@ TABLE_MASS = 1e8
 
 
 @dataclass(frozen=True)
+class Translation:
+    """Motion of a structure as a whole along a direction, as its shapes have it [1].
+
+    The direction cosines (n,) at the points of the response, the vertices and the points of the
+    quadrature; 1 everywhere on a panel.
+    """
+
+    points: Array | float = 1.0
+    vertices: Array | float = 1.0
+    quadrature: Array | float = 1.0
+
+
+UNIT = Translation()
+
+
+@dataclass(frozen=True)
 class Inertia:
-    """Coupling of the shapes of a panel with a translation.
+    """Coupling of the shapes of a panel with a translation t.
 
     Attributes
     ----------
@@ -38,11 +55,11 @@ class Inertia:
     mass
         1ᵀ M 1 of the panel with attached masses, supports included [kg].
     patch_integral
-        (n_patches, n) ∫_p φ_i dA [m²].
+        (n_patches, n) ∫_p t φ_i dA [m²].
     patch_area
-        (n_patches,) [m²].
+        (n_patches,) ∫_p t² dA [m²].
     face_integral
-        (n,) ∫ φ_i dA over the face [m²].
+        (n,) ∫ t φ_i dA over the face [m²].
     """
 
     participation: Array
@@ -50,38 +67,54 @@ class Inertia:
     patch_integral: Array
     patch_area: Array
     face_integral: Array
+    translation: Translation = UNIT
 
     def effective_mass(self, modal_mass: Array) -> Array:
         """Return L_i²/m_i (n,) [kg], which sum to the mass over all modes."""
         return self.participation**2 / modal_mass
 
 
-def inertia_of(basis: PanelBasis, plate: StoredPlate, vectors: Array, mass: float) -> Inertia:
+def inertia_of(
+    basis: PanelBasis,
+    plate: StoredPlate,
+    vectors: Array,
+    mass: float,
+    translation: Translation = UNIT,
+) -> Inertia:
     """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
-    integrals = integrals_of_shapes(basis, plate).T @ vectors.astype(np.float64)
-    weight = plate.patch_weight
-    area = patch_areas(basis) if weight is None else np.asarray(weight.sum(axis=1))
-    return Inertia(plate.inertia @ vectors, mass, integrals[:-1], area, integrals[-1])
+    along = translation.quadrature
+    integrals = integrals_of_shapes(basis, plate, along).T @ vectors.astype(np.float64)
+    square = np.broadcast_to(np.square(along), len(plate.quadrature_weight))
+    areas = _patch_weights(basis, plate)[:-1] @ square
+    mean = plate.inertia @ vectors, mass, integrals[:-1], areas, integrals[-1]
+    return Inertia(*mean, translation)
 
 
-def integrals_of_shapes(basis: PanelBasis, plate: StoredPlate) -> Array:
-    """Return ∫ φ dA of all elements (n_free, n_patches + 1) over each patch, then the face [m²]."""
+def integrals_of_shapes(
+    basis: PanelBasis, plate: StoredPlate, translation: Array | float = 1.0
+) -> Array:
+    """Return ∫ t φ dA of all elements (n_free, n_patches + 1) over patches, then the face [m²]."""
+    return plate.at_quadrature.T @ (_patch_weights(basis, plate) * translation).T
+
+
+def _patch_weights(basis: PanelBasis, plate: StoredPlate) -> Array:
+    """Return weights (n_patches + 1, n_quadrature) over each patch, then the face [m²]."""
     face = plate.quadrature_weight
     if plate.patch_weight is not None:
-        patch_integrals = (plate.at_quadrature.T @ plate.patch_weight.T).toarray()
-        return np.column_stack([patch_integrals, plate.at_quadrature.T @ face])
+        return np.vstack([plate.patch_weight.toarray(), face])
     per_cell = len(face) // len(basis.cells)  # cell by cell
-    rows = [np.repeat(cells, per_cell) * face for cells in basis.cell_in_patch]
-    return plate.at_quadrature.T @ np.array([*rows, face]).T
+    return np.array([*(np.repeat(cells, per_cell) * face for cells in basis.cell_in_patch), face])
 
 
 def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:
     """Return the basis with the translation as its last shape, which is no residual vector."""
 
-    def joined(values: Array, last: float) -> Array:
-        return np.concatenate([values, np.full((*values.shape[:-1], 1), last)], axis=-1)
+    def joined(values: Array, last: Array | float) -> Array:
+        column = np.broadcast_to(last, values.shape[:-1])[..., None]
+        return np.concatenate([values, column], axis=-1)
 
-    area = basis.quadrature_weight.sum()
+    translation = inertia.translation
+    area = np.sum(basis.quadrature_weight * np.square(translation.quadrature))
     return replace(
         basis,
         natural_frequency=joined(basis.natural_frequency, 0.0),
@@ -89,9 +122,9 @@ def with_translation(basis: PanelBasis, inertia: Inertia) -> PanelBasis:
         is_residual=np.append(basis.is_residual, False),
         patch_overlap=_bordered(basis.patch_overlap, inertia.patch_integral, inertia.patch_area),
         face_overlap=_bordered(basis.face_overlap, inertia.face_integral, area),
-        shape_at_points=joined(basis.shape_at_points, 1.0),
-        shape_at_quadrature=joined(basis.shape_at_quadrature, 1.0),
-        shape_at_vertices=joined(basis.shape_at_vertices, 1.0),
+        shape_at_points=joined(basis.shape_at_points, translation.points),
+        shape_at_quadrature=joined(basis.shape_at_quadrature, translation.quadrature),
+        shape_at_vertices=joined(basis.shape_at_vertices, translation.vertices),
         curvature_at_vertices=joined(basis.curvature_at_vertices, 0.0),
         shear_at_vertices=joined(basis.shear_at_vertices, 0.0),
         curvature_at_points=joined(basis.curvature_at_points, 0.0),
@@ -117,7 +150,12 @@ class SupportedPanel:
 
 
 def supported_panel(
-    basis: PanelBasis, plate: StoredPlate, further_shapes: Array, highest: float, mass: float
+    basis: PanelBasis,
+    plate: StoredPlate,
+    further_shapes: Array,
+    highest: float,
+    mass: float,
+    translation: Translation = UNIT,
 ) -> SupportedPanel:
     """Return the panel in its basis with further shapes, and K⁻¹ M 1.
 
@@ -135,7 +173,8 @@ def supported_panel(
     static = factors(plate.stiffness + shift * plate.mass).solve(plate.inertia)
     shapes = basis_shapes(basis, plate, np.column_stack([further_shapes, static]))
     wider = refined(basis, plate, shapes)
-    return SupportedPanel(wider, shapes.vectors, inertia_of(wider, plate, shapes.vectors, mass))
+    inertia = inertia_of(wider, plate, shapes.vectors, mass, translation)
+    return SupportedPanel(wider, shapes.vectors, inertia)
 
 
 @dataclass(frozen=True)
@@ -180,7 +219,8 @@ def observed_motions(basis: PanelBasis, inertia: Inertia) -> Array:
     interface: M times the absolute motion [kg], then its integral over each patch [m²].
     """
     absolute, patches = basis.shape_at_points, inertia.patch_integral
-    relative = absolute - np.eye(absolute.shape[1])[-1]
+    relative = absolute.copy()
+    relative[:, -1] = 0.0
     points = np.zeros((len(absolute) + 1, max(2, 1 + len(patches)), absolute.shape[1]))
     points[:-1, 0], points[:-1, 1] = absolute, relative
     points[-1, 0] = np.append(inertia.participation, inertia.mass)

@@ -56,7 +56,9 @@ def distinct_layers(names: Sequence[str], strain: Array, stress: Array) -> Layer
     >>> layers.names, layers.strain.shape
     (('top and bottom',), (1, 3, 3))
     """
-    scaled = [m / np.max(np.abs(m)) for m in (strain, stress)]  # so that rounding is 1e-16
+    scaled = [
+        m / np.max(np.abs(m), initial=0.0) for m in (strain, stress)
+    ]  # so that rounding is 1e-16
     distinct: list[int] = []
     joined: list[str] = []
     for index, name in enumerate(names):
@@ -114,5 +116,5 @@ def _squares(matrix: Array) -> Array:
 
 def _means(forms: Array, psd: Complexes) -> Array:
     """Return tr(F S) of symmetric F (…, m, m) and S (nf, n_points, m, m)."""
-    flat = forms.reshape(*forms.shape[:-2], -1)
-    return np.tensordot(psd.real.reshape(*psd.shape[:2], -1), flat, axes=(2, -1))
+    flat = forms.reshape(*forms.shape[:-2], forms.shape[-1] ** 2)
+    return np.tensordot(psd.real.reshape(*psd.shape[:2], flat.shape[-1]), flat, axes=(2, -1))

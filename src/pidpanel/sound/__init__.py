@@ -9,6 +9,8 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
 `field`
     The coherence of the sound over the panel as the modal force matrix G, so that the cross-PSD of
     the modal forces is S_p(f) G(k).
+`surface`
+    The same on curved surfaces.
 `face`
     The face of a panel under plane waves, folded by parity.
 `radiation`

@@ -80,7 +80,7 @@ def diffuse_modal_force(wavenumber: float, panel: PanelQuadrature) -> Array:
     (half the circle, since B turns into its conjugate on the other half). The sum itself is exact
     to about 1e-12; the quadrature over the panel is the caller's.
     """
-    cosine, cosine_weight = _half_gauss(wavenumber, panel.diameter)
+    cosine, cosine_weight = half_gauss(wavenumber, panel.diameter)
     azimuth = half_circle(wavenumber, panel.diameter)
     radial = wavenumber * np.sqrt(1 - cosine**2)
     even, odd = transform(radial, azimuth, panel)
@@ -95,7 +95,7 @@ def diffuse_modal_force_on_grid(wavenumber: float, panel: PanelQuadrature) -> Ar
     By parity a quarter of the waves over a quarter of the points is enough: G = ∫₀¹ Ā(ks) dμ.
     """
     face = FoldedFace.from_grid(panel)
-    cosine, weight = _half_gauss(wavenumber, panel.diameter)
+    cosine, weight = half_gauss(wavenumber, panel.diameter)
     force = np.zeros((panel.shape.shape[1],) * 2)
     for mu, share in zip(cosine, weight, strict=True):
         force += share * face.azimuthal_mean(wavenumber * np.sqrt(1 - mu**2), panel.diameter)
@@ -126,7 +126,7 @@ def tabulate_diffuse(
     face = FoldedFace.from_panel(panel, PLANE_WAVE_MARGIN * k_max)
     to_force = np.empty((count, count))
     for index, k in enumerate(nodes):
-        cosine, cosine_weight = _half_gauss(k, diameter)
+        cosine, cosine_weight = half_gauss(k, diameter)
         to_force[index] = cosine_weight @ even_interpolation(
             k * np.sqrt(1 - cosine**2), k_max, count
         )
@@ -235,7 +235,7 @@ def _check_table(
         )
 
 
-def _half_gauss(k: float, diameter: float) -> tuple[Array, Array]:
+def half_gauss(k: float, diameter: float) -> tuple[Array, Array]:
     """Return nodes and weights in μ on (0, 1), exact for even polynomials of degree 4·count − 1."""
     count = int(np.ceil(k * diameter / 4)) + spare_nodes(k * diameter)
     node, weight = np.polynomial.legendre.leggauss(2 * count)

@@ -16,6 +16,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Complexes
 from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature, WettedFace
+from pidpanel.geometry.surface_waves import SurfaceQuadrature
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.sound import field
@@ -30,6 +31,7 @@ from pidpanel.sound.free_edges import (
 )
 from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
+from pidpanel.sound.surface import surface_force, tabulate_diffuse_surface
 from pidpanel.sound.surroundings import face_of_modes, mode_accelerations
 from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.wavenumber_table import (
@@ -189,6 +191,8 @@ def _free_panel(outline: Outline, resolved: float, k_max: float, wall: float) ->
 
 def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> WavenumberTable:
     """Tabulate G [m⁴] of the field of a study in a baffle, up to a wavenumber [rad/m]."""
+    if shapes.quadrature_normal is not None:
+        return _surface_force_table(sound, k_max, SurfaceQuadrature.from_face(shapes))
     face = PanelQuadrature.from_face(shapes)
     match sound.field:
         case "diffuse":
@@ -199,10 +203,32 @@ def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> Wavenumb
             return constant_table(k_max, _constant_force(sound, shapes))
 
 
+def _surface_force_table(sound: Sound, k_max: float, surface: SurfaceQuadrature) -> WavenumberTable:
+    """Tabulate G [m⁴] of a curved surface, each face alone."""
+    match sound.field:
+        case "diffuse":
+            return tabulate_diffuse_surface(k_max, surface)
+        case "uniform":
+            return constant_table(k_max, _uniform_force(surface))
+        case _:
+            raise ValueError(
+                f"field = {sound.field}: must be diffuse or uniform on a curved surface"
+            )
+
+
+def _uniform_force(surface: SurfaceQuadrature) -> Array:
+    force = surface.weight @ surface.shape
+    return np.outer(force, force)
+
+
 def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array | Complexes:
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table."""
-    sound, face = study.acoustics, PanelQuadrature.from_face(shapes)
+    sound = study.acoustics
     k = float(field.wavenumber(frequency, sound.speed_m_s))
+    if shapes.quadrature_normal is not None:
+        surface = SurfaceQuadrature.from_face(shapes)
+        return surface_force(k, surface) if sound.field == "diffuse" else _uniform_force(surface)
+    face = PanelQuadrature.from_face(shapes)
     panel = free_panel(study, shapes)
     if panel is None:
         return _baffled_force_at(sound, k, shapes, face)
@@ -307,7 +333,7 @@ def surroundings_text(study: Study, moved: WettedFace, frequency: Array, mass: A
     frequency, mass
         (n,) natural frequencies [Hz], ascending, and modal masses [kg] of the modes.
     """
-    if (opposite := study.opposite) is None:
+    if (opposite := study.opposite) is None or moved.quadrature_normal is not None:
         return ""
     low, high = study.response.frequency_hz
     modes = np.flatnonzero((frequency >= low) & (frequency <= high))[:COMPARED_MODES]

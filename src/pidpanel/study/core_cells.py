@@ -7,8 +7,6 @@ from pidpanel.geometry.cells import SHAPES
 from pidpanel.study.dampers import BedDamper
 from pidpanel.study.section import (
     SandwichSectionInput,
-    SolidSectionInput,
-    ThinSectionInput,
     core_cell_width_mm,
 )
 from pidpanel.study.stated_dampers import DamperSection
@@ -51,7 +49,7 @@ def _at(values: Any, *keys: str) -> Mapping[str, Any]:
 
 
 def differing_cells(
-    section: ThinSectionInput | SolidSectionInput | SandwichSectionInput,
+    section: object,
     dampers: Mapping[str, DamperSection],
 ) -> list[str]:
     """Return the dampers whose cells differ from those of the core, with both sizes."""

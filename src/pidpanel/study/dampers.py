@@ -5,6 +5,7 @@ A class for each kind of damper. `pidpanel.damping.from_study` makes the damper 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -81,6 +82,25 @@ class BedDamper(DamperSection, Coupon):
         if acceleration_g is None:
             return self
         return self.model_copy(update={"steady_acceleration_g": acceleration_g})
+
+    def in_frame(self, normal: Vector) -> Self:
+        """Return the bed with gravity in the frame of a patch with a normal (x, y, z).
+
+        z is then along the normal; that of a simulated coupon is stated in its own frame.
+        """
+        if self.model == TONES:
+            return self
+        total, size = self.apparent_gravity_g, math.hypot(*normal)
+        along = sum(g * n for g, n in zip(total, normal, strict=True)) / size
+        across = math.sqrt(max(math.hypot(*total) ** 2 - along**2, 0.0))
+        across = across if across > 1e-6 * math.hypot(*total) else 0.0
+        return self.model_copy(
+            update={
+                "gravity_g": math.hypot(along, across),
+                "gravity_direction": (across, 0.0, along) if across or along else (0.0, 0.0, -1.0),
+                "steady_acceleration_g": None,
+            }
+        )
 
     @property
     def is_of_atlas(self) -> bool:

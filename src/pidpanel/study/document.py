@@ -14,6 +14,7 @@ from pidpanel.study.base import SectionModel, StudyError
 from pidpanel.study.coupon_study import RESERVED, CouponStudy
 from pidpanel.study.loader import EMPTY, Content, number_of, printable, problem_of
 from pidpanel.study.mistakes import Keys, Mistake, dotted, mistakes_of
+from pidpanel.study.structure import KEY
 from pidpanel.study.study import Study
 from pidpanel.study.values import merged, plain, sections
 from pidpanel.text_files import TextFileError, one_line, read_text
@@ -77,6 +78,11 @@ class Document:
         Those of the document are among them. For a key without a value nothing else is reported:
         neither for the sections around it nor for what is then missing.
         """
+        if KEY in self.data and "panel" not in self.data:
+            mistakes = [
+                m._replace(keys=(KEY, *m.keys[1:])) if m.keys[:1] == ("panel",) else m
+                for m in mistakes
+            ]
         empty = [mistake.keys for mistake in self.mistakes if mistake.message == EMPTY]
         around = {keys[:count] for keys in empty for count in range(len(keys) + 1)}
         remaining = (mistake for mistake in mistakes if mistake.keys not in around)
@@ -179,7 +185,7 @@ def load_any_study(path: str | Path) -> Study | CouponStudy:
 
 def study_in(document: Document) -> Study | CouponStudy:
     """Return the study of a file that has been read; see `load_any_study`."""
-    panel_keys = set(Study.model_fields) - set(CouponStudy.model_fields)
+    panel_keys = {KEY, *Study.model_fields} - set(CouponStudy.model_fields)
     is_coupon = "coupon" in document.data and not (panel_keys - {"damping"}) & set(document.data)
     if is_coupon and "damping" in document.data:
         message = "only in a study with a panel; a study of the coupon alone reads no damping model"

@@ -93,7 +93,7 @@ def mistakes_of_surroundings(study: Study) -> Iterator[Mistake]:
         message = "needs response.radiation: none with free edges; the paper's form has no air"
         yield Mistake(("response", "modal_damping"), message)
     thickness = study.panel.section.thickness
-    if sound.wall < LEAST_GAP * thickness:
+    if thickness < float("inf") and sound.wall < LEAST_GAP * thickness:
         message = f"must be at least a tenth of the panel's thickness, {LEAST_GAP * thickness:.3g}"
         yield Mistake(("sound", "surroundings", "wall_m"), message)
 

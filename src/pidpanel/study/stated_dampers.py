@@ -77,6 +77,10 @@ class DamperSection(SectionModel):
         """Return the damper under a steady acceleration [g]; what is stated does not know it."""
         return self
 
+    def in_frame(self, normal: Vector) -> Self:
+        """Return the damper in the frame of a patch whose normal (x, y, z) is not z."""
+        return self
+
     def largest_mass_per_area(self, frequency: float) -> float:
         """Return about the largest apparent mass [kg/m²], for the choice of shapes; 0 if unknown.
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field, model_validator
 
 from pidpanel.study import requirements
-from pidpanel.study.base import StudyError, Text, as_tuple
+from pidpanel.study.base import StudyError, Text, Vector, as_tuple
 from pidpanel.study.base_motion import BaseMotion, sound_or_base
 from pidpanel.study.claims import Claim
 from pidpanel.study.core_cells import cells_of_core, differing_cells
@@ -27,12 +27,12 @@ from pidpanel.study.dampers import (
 from pidpanel.study.damping import Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import Optimise
-from pidpanel.study.panel import Panel
 from pidpanel.study.response import Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
+from pidpanel.study.structure import PanelOrStructure, with_structure
 from pidpanel.study.surroundings import opposite, setting
 
 
@@ -50,8 +50,8 @@ class Study(CouponStudy):
     that is in no scenario is not simulated."""
     damping: Damping = Damping()
     """The motion at which damping is evaluated, and settings of coupled runs."""
-    panel: Panel
-    """The panel."""
+    panel: PanelOrStructure
+    """The panel; in its place ``structure``, a structure of any shape."""
     base: BaseMotion | None = None
     """Motion of the supports on a shaker, computed in addition to sound or without it."""
     sound: Annotated[Sound | None, BeforeValidator(sound_or_base)] = Field(
@@ -77,6 +77,7 @@ class Study(CouponStudy):
     @classmethod
     def _complete_dampers(cls, values: Any) -> Any:
         """Give dampers what they have in common with others, the cells of a core, and a model."""
+        values = with_structure(values)
         dampers = values.get("dampers") if isinstance(values, Mapping) else None
         if not isinstance(dampers, Mapping):
             return values
@@ -370,7 +371,18 @@ class Study(CouponStudy):
     def damper_in(self, scenario: Scenario, patch: str) -> DamperSection:
         """Return the damper of a patch under the steady acceleration of a scenario."""
         damper = self.damper_of(scenario.fillings[patch])
-        return damper.with_steady_acceleration(scenario.steady_acceleration_g)
+        damper = damper.with_steady_acceleration(scenario.steady_acceleration_g)
+        normal = self.patch_normal(patch)
+        return damper if normal is None else damper.in_frame(normal)
+
+    def damper_name(self, scenario: Scenario, patch: str) -> str:
+        """Return the damper of a patch; patches of a structure have their own gravity."""
+        name = scenario.damper_name(patch)
+        return name if self.patch_normal(patch) is None else f"{name} on {patch}"
+
+    def patch_normal(self, patch: str) -> Vector | None:
+        """Return the normal of a patch of a structure; None on a panel, where it is z."""
+        return getattr(self.panel.patches.get(patch), "normal", None)
 
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""

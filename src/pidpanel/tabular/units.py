@@ -77,6 +77,9 @@ UNITS = {
 AMBIGUOUS = {"MN", "MG", "UG", "MS", "MHZ", "GAL"}
 CAPITALS = {name.upper(): unit for name, unit in UNITS.items() if name.upper() not in AMBIGUOUS}
 
+# Length units in a metre by the units code of data set 164
+LENGTH_FACTORS = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.37, 8: 1e3, 10: 1e3}
+
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 # What stands for a sign: ý is ² of MS-DOS read as Latin-1
 SIGNS = str.maketrans({"·": "*", "⋅": "*", "•": "*", "∙": "*", "×": "*", "−": "-", "ý": "²"})
@@ -107,6 +110,23 @@ def unit_of_label(label: str) -> Unit:
     if tokens:
         raise UnitError(f"{tokens[0]!r} is not expected")
     return unit
+
+
+def unit_system(code: float, length: float, force: float) -> tuple[Unit, Unit]:
+    """Return the units of length and force of a data set 164, which has their numbers in SI.
+
+    Raises
+    ------
+    UnitError
+        If the numbers contradict the units code.
+    """
+    expected = LENGTH_FACTORS.get(int(code), length)
+    if not (
+        0.99 < length < math.inf and 0 < force < math.inf and abs(length / expected - 1) < 1e-3
+    ):
+        message = f"{length:g} units of length in a metre and {force:g} of force in a newton"
+        raise UnitError(f"{message} contradict units code {int(code)}")
+    return Unit(1 / length, 1), Unit(1 / force, 1, 1, -2)
 
 
 def contradicts(label: str, units: Iterable[Unit]) -> bool:

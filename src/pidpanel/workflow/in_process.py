@@ -102,8 +102,8 @@ def _compute(
     study: Study, file: Path, results: Path, stages: dict[str, Files], log: TextIO
 ) -> None:
     from pidpanel.panel.files import read_basis
-    from pidpanel.panel.from_study import write_panel
     from pidpanel.report.from_study import write_study_page
+    from pidpanel.structure.from_study import write_panel
 
     panel = stages["panel"]
     with _stage("panel", log):

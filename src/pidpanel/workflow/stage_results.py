@@ -12,12 +12,12 @@ from pidpanel.arrays import Array
 from pidpanel.base.from_study import write_base
 from pidpanel.optimise.from_study import write_proposal
 from pidpanel.panel.files import read_basis
-from pidpanel.panel.from_study import write_panel
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files, stage_files
 from pidpanel.provenance.results import read_netcdf
 from pidpanel.response.from_study import write_response
 from pidpanel.sound.from_study import write_sound
+from pidpanel.structure.from_study import write_panel
 from pidpanel.study import Study, StudyError
 
 # Stages whose results a stage reads.

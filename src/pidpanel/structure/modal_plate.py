@@ -1,0 +1,86 @@
+"""Modes from a file as matrices: the modes are the coordinates, so that K and M are diagonal.
+
+Everything downstream takes them as those of a panel: w is the motion along the normal of the
+surface. Rotations, curvatures and reactions are not in such files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import scipy.sparse as sp
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.modal_files.quadrature import surface_quadrature
+from pidpanel.panel.matrices import PlateMatrices
+from pidpanel.panel.shapes import Shapes
+from pidpanel.structure.surface import Surface
+
+TANGENTIAL = 1e-3  # largest w over the largest displacement of a shape along the surface
+
+
+def modal_plate(
+    surface: Surface,
+    displacement: Array,
+    frequency: Array,
+    modal_mass: Array,
+    patches: Mapping[str, Index],
+    point_direction: Array,
+    points: Index,
+) -> PlateMatrices:
+    """Return the matrices of modes.
+
+    Parameters
+    ----------
+    displacement
+        (n_vertices, 3, n) motion of the vertices of the surface in each shape [1].
+    frequency, modal_mass
+        (n,) [Hz] and [kg], of residual vectors their own.
+    patches
+        Cells of each patch.
+    point_direction, points
+        (n_points, 3) directions of the motion at the points, and their vertices (n_points,).
+    """
+    n, corners = len(frequency), surface.cells
+    quadrature = surface_quadrature(
+        surface.vertices, corners if corners.shape[1] == 4 else corners[:, [0, 1, 2, 2]]
+    )
+    normal = quadrature.normal_displacement(displacement)
+    none = sp.csr_array((len(surface.vertices), n))
+    unheld = sp.csr_array((0, n))
+    return PlateMatrices(
+        stiffness=sp.csr_array(sp.diags_array(modal_mass * (2 * np.pi * frequency) ** 2)),
+        mass=sp.csr_array(sp.diags_array(modal_mass)),
+        patch_overlap={
+            name: sp.csr_array(quadrature.overlap(normal, cells)) for name, cells in patches.items()
+        },
+        at_vertices=sp.csr_array(np.einsum("vdn,vd->vn", displacement, surface.vertex_normal)),
+        curvature_at_vertices=(none,) * 3,
+        shear_at_vertices=(none,) * 2,
+        at_points=sp.csr_array(np.einsum("pdn,pd->pn", displacement[points], point_direction)),
+        point_weight=sp.csr_array((len(points), len(surface.vertices))),
+        quadrature_position=quadrature.position,
+        quadrature_weight=quadrature.weight,
+        at_quadrature=sp.csr_array(normal),
+        inertia=np.zeros(n),
+        reactions=(unheld, unheld),
+        quadrature_normal=quadrature.normal,
+        point_direction=point_direction,
+    )
+
+
+def modal_shapes(
+    plate: PlateMatrices, displacement: Array, frequency: Array, is_residual: Flags
+) -> Shapes:
+    """Return the coordinates as shapes with max |w| = 1 over the vertices, positive there.
+
+    One that moves along the surface has a largest displacement (n_vertices, 3, n) of 1.
+    """
+    normal = plate.at_vertices.toarray()
+    peak = normal[np.abs(normal).argmax(axis=0), np.arange(normal.shape[1])]
+    whole = np.sqrt((displacement**2).sum(axis=1).max(axis=0))
+    peak = np.where(np.abs(peak) < TANGENTIAL * whole, whole, peak)
+    order = np.lexsort((frequency, is_residual))
+    count = int(np.count_nonzero(~is_residual))
+    return Shapes(frequency[order][:count], frequency[order][count:], np.diag(1 / peak)[:, order])

@@ -1,0 +1,158 @@
+"""A structure that is meshed and solved here as a shell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from pidpanel.arrays import Array, Index
+from pidpanel.panel.basis import basis_of
+from pidpanel.panel.mesh import PanelMesh
+from pidpanel.panel.modes import first_modes
+from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
+from pidpanel.shell.assembly import AssembledShell, Attached, assemble_shell
+from pidpanel.shell.mesh import ShellMesh
+from pidpanel.shell.resolution import element_size, frequency_shifts
+from pidpanel.shell.selections import Selection
+from pidpanel.shell.strains import Layup
+from pidpanel.structure.any_structure import (
+    AnyStructure,
+    SolvedStructure,
+    StructureRefused,
+    SurfaceSection,
+    in_plane,
+)
+from pidpanel.structure.surface import Surface
+
+FIRST = 6  # natural frequencies that are listed first
+# Elements over the size that keeps frequencies within 0.1 %, above which a study is refused.
+LONGEST = 1.5
+
+
+@dataclass(frozen=True)
+class ShellStructure(AnyStructure):
+    """A shell."""
+
+    drawn: Callable[[], ShellMesh]  # its mesh, without patches
+    layup: Layup
+    attached: Mapping[str, Attached]
+    size: float  # length of the edges of elements [m]
+
+    @cached_property
+    def shell(self) -> ShellMesh:
+        """The mesh with patches and points."""
+        try:
+            mesh = self.drawn()
+        except ValueError as error:
+            raise StructureRefused(("shell", "form"), str(error)) from error
+        patches = {}
+        for name, area in self.areas.items():
+            where = ("patches", name)
+            if isinstance(area, str):
+                if area not in mesh.part_cells:
+                    known = ", ".join(mesh.part_cells)
+                    raise StructureRefused(where, f"no part {area}; must be one of {known}")
+                patches[name] = mesh.part_cells[area]
+                continue
+            try:
+                patches[name] = mesh.selected(area, name)
+            except ValueError as error:
+                raise StructureRefused(where, str(error)) from error
+        points = {}
+        for name, point in self.observations.items():
+            if point.position is None:
+                raise StructureRefused(("points", name, "node"), "only allowed with modes")
+            try:
+                mesh.locate(np.array([point.position]))
+            except ValueError as error:
+                raise StructureRefused(("points", name, "at_m"), str(error)) from error
+            points[name] = point.position
+        return replace(mesh, patch_cells=patches, points=points)
+
+    @property
+    def surface(self) -> Surface:
+        """Its surface, of straight triangles."""
+        return Surface(self.shell.vertices, self.shell.cells)
+
+    @property
+    def patches(self) -> dict[str, Index]:
+        """Cells of the patches, by name."""
+        return self.shell.patch_cells
+
+    @property
+    def point_position(self) -> Array:
+        """(n_points, 3) [m]."""
+        return np.array(list(self.shell.points.values()), dtype=float).reshape(-1, 3)
+
+    @property
+    def section(self) -> SurfaceSection:
+        """Mass per area of the section alone."""
+        return SurfaceSection(self.layup.section.mass_per_area)
+
+    @cached_property
+    def first_frequency(self) -> Array:
+        """First natural frequencies [Hz], those of rigid motions as 0, on rougher elements."""
+        shell = assemble_shell(self.shell, self.layup, self.attached, order=3)
+        rigid, frequency, _ = first_modes(shell, FIRST)
+        return np.concatenate([np.zeros(rigid), frequency])[:FIRST]
+
+    @property
+    def remarks(self) -> list[str]:
+        """None."""
+        return []
+
+    def check(self, highest: float, damper_mass: dict[str, float] | None = None) -> None:
+        """Refuse what cannot be computed (`StructureRefused`)."""
+        longest = LONGEST * element_size(self.layup, highest)
+        if self.size > longest:
+            message = f"must be at most {longest:.2g} for responses up to {highest:g} Hz"
+            raise StructureRefused(("shell", "size_m"), message)
+        super().check(highest, damper_mass)
+
+    def solved(
+        self, mesh: PanelMesh, highest: float, damper_mass: dict[str, float]
+    ) -> SolvedStructure:
+        """Return the basis with modes to twice the frequency, and what the dampers need."""
+        try:
+            shell = self._with_directions(assemble_shell(self.shell, self.layup, self.attached))
+        except ValueError as error:
+            raise StructureRefused(("shell",), str(error)) from error
+        shapes = panel_shapes(shell, MODES_BEYOND * highest, damper_mass=damper_mass)
+        shift = frequency_shifts(self.shell, self.layup, self.attached, frequency=shapes.frequency)
+        plate = in_plane(self, shell)
+        beyond = np.full(len(shapes.residual_frequency), shift.max(initial=0.0))
+        basis = replace(
+            basis_of(mesh, plate, shapes), frequency_shift=np.concatenate([shift, beyond])
+        )
+        return SolvedStructure(basis, plate, shapes.vectors, shell.total_mass)
+
+    def _with_directions(self, shell: AssembledShell) -> AssembledShell:
+        """Return the matrices with motion along the stated directions at the points."""
+        cells, _ = self.shell.locate(self.point_position)
+        normals = self.surface.cell_normal[cells]
+        points = [point.direction for point in self.observations.values()]
+        direction = np.array(
+            [n if d is None else np.array(d) for d, n in zip(points, normals, strict=True)]
+        )
+        direction = direction / np.linalg.norm(direction, axis=1)[:, None]
+        is_stated = np.array([d is not None for d in points])
+        rows = shell.at_points
+        if is_stated.any() and shell.displacement is not None:
+            motion = shell.displacement(self.point_position)
+            along = sum(sp.diags_array(direction[:, k]) @ motion[k] for k in range(3))
+            keep, take = sp.diags_array(1.0 - is_stated), sp.diags_array(1.0 * is_stated)
+            rows = sp.csr_array(keep @ rows + take @ along)
+        return replace(shell, at_points=rows, point_direction=direction)
+
+
+def imprints(
+    areas: Mapping[str, Selection | str], attached: Mapping[str, Attached]
+) -> list[Selection]:
+    """Return the parts of space whose edges the elements follow."""
+    places = [area for area in areas.values() if not isinstance(area, str)]
+    places += [part.where for part in attached.values() if hasattr(part, "where")]
+    return list(dict.fromkeys(places))

@@ -1,0 +1,113 @@
+"""Cells of a surface in space: their normals, those of patches, and how they are drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from pidpanel.arrays import Array, Flags, Index
+from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.panel.basis import PanelBasis
+from pidpanel.shell.selections import Place
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Oriented triangles or quadrilaterals of a surface."""
+
+    vertices: Array  # (n_vertices, 3) [m]
+    cells: Index  # (n_cells, 3) or (n_cells, 4) corners; they go round the normal
+
+    @property
+    def area(self) -> Array:
+        """(n_cells,) [m²]."""
+        return cell_areas(self.vertices, self.cells)
+
+    @property
+    def cell_normal(self) -> Array:
+        """(n_cells, 3) unit normals."""
+        a, b, c, d = (self.vertices[self.cells[:, k]] for k in (0, 1, 2, -1))
+        normal = np.cross(c - a, d - b)
+        return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+    @property
+    def vertex_normal(self) -> Array:
+        """(n_vertices, 3) unit normals, the mean over the cells at a vertex by area."""
+        corners = self.cells.shape[1]
+        weighted = np.repeat(self.cell_normal * self.area[:, None], corners, axis=0)
+        total = np.zeros_like(self.vertices)
+        np.add.at(total, self.cells.ravel(), weighted)
+        length = np.linalg.norm(total, axis=1)[:, None]
+        return np.divide(total, length, out=np.zeros_like(total), where=length > 0)
+
+    @property
+    def middle(self) -> Array:
+        """(n_cells, 3) [m]."""
+        return np.asarray(self.vertices[self.cells].mean(axis=1))
+
+    @property
+    def size(self) -> float:
+        """Largest extent [m]."""
+        return float(np.ptp(self.vertices, axis=0).max())
+
+    def nearest(self, position: Array) -> tuple[int, float]:
+        """Return the nearest vertex of the surface, and its distance [m]."""
+        used = np.unique(self.cells)
+        distance = np.linalg.norm(self.vertices[used] - position, axis=1)
+        return int(used[distance.argmin()]), float(distance.min())
+
+
+@dataclass(frozen=True)
+class Prism:
+    """What lies within a polygon that is projected along a direction; see `shell.selections`."""
+
+    corners: tuple[Place, ...]
+    along: Place
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) lie within the polygon as they are projected."""
+        plane = plane_axes(np.array(self.along))
+        outline = shapely.Polygon(np.array(self.corners) @ plane).buffer(slack)
+        return np.asarray(shapely.contains_xy(outline, *np.moveaxis(position @ plane, -1, 0)))
+
+
+def plane_axes(normal: Array) -> Array:
+    """Return two unit vectors across a direction as columns (3, 2).
+
+    The first is nearest to x, or to y where the direction is near x; both and the direction are
+    right-handed.
+
+    Examples
+    --------
+    >>> plane_axes(np.array([0.0, 0.0, 2.0])).T.tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+    unit = np.asarray(normal, np.float64) / np.linalg.norm(normal)
+    start = np.eye(3)[1 if abs(unit[0]) > 0.9 else 0]
+    first = start - (start @ unit) * unit
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(unit, first)], axis=1)
+
+
+def flattened(basis: PanelBasis) -> PanelBasis:
+    """Return a basis as it is drawn: a curved surface projected on `view_axes`."""
+    if basis.vertex_position.shape[1] == 2:
+        return basis
+    axes = view_axes(Surface(basis.vertex_position, basis.cells))
+    names = ("vertex_position", "point_position")
+    return replace(basis, **{name: getattr(basis, name) @ axes for name in names})
+
+
+def view_axes(surface: Surface) -> Array:
+    """Return the axes (3, 2) of a plane on which most of a surface is seen.
+
+    Against its mean normal; of a closed surface the direction in which it is flattest.
+    """
+    weight = surface.area[:, None]
+    mean = (surface.cell_normal * weight).sum(axis=0) / weight.sum()
+    if np.linalg.norm(mean) > 0.2:
+        return plane_axes(np.where(np.abs(mean) < 1e-9, 0.0, mean))
+    offset = surface.middle - (surface.middle * weight).sum(axis=0) / weight.sum()
+    return plane_axes(np.linalg.svd(offset * np.sqrt(weight), full_matrices=False)[2][2])
