@@ -12,6 +12,7 @@ from skfem.quadrature import get_quadrature
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.plate import LOAD_ORDER, NONE_FREE, AssembledPlate
+from pidpanel.panel.section import Layer
 from pidpanel.panel.supports import free_coordinates
 from pidpanel.shell.attachments import (
     Attached,
@@ -40,8 +41,8 @@ class AssembledShell(AssembledPlate):
 
     # Maps positions (n_positions, 3) [m] to three arrays (n_positions, n): motion along x, y, z.
     displacement: Callable[[Array], Components] | None = None
-    # three arrays (n_vertices, n): strains ε (see `strains`) at the vertices [1]
-    membrane_at_vertices: tuple[sp.csr_array, ...] = ()
+    # Of the first section, for the six rows of `curvature_at_vertices`; see `Layup.layers`
+    layers: tuple[Layer, ...] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
     total_mass: float = 0.0  # [kg]
 
@@ -208,7 +209,7 @@ class _Shell:
         total_mass: float,
     ) -> AssembledShell:
         """Return matrices and rows in the free coordinates."""
-        mesh, order = self.mesh, self.order
+        mesh, order, (layup, _) = self.mesh, self.order, self.parts[0]
 
         def reduced(*rows: sp.csr_array) -> tuple[sp.csr_array, ...]:
             return tuple(sp.csr_array(matrix @ free) for matrix in rows)
@@ -250,13 +251,13 @@ class _Shell:
             quadrature_weight=area,
             quadrature_normal=frame.axes[:, :, 2].reshape(-1, 3),
             at_quadrature=w,
-            membrane_at_vertices=strain[:3],
-            curvature_at_vertices=strain[3:6],
+            curvature_at_vertices=(*strain[3:6], *(part / layup.half for part in strain[:3])),
+            layers=layup.layers,
             shear_at_vertices=strain[6:],
             motion_at_vertices=motion,
             vertex_normal=normal,
             reactions=(empty, empty),
-            section=self.parts[0][0].section,
+            section=layup.section,
             inertia=participation[:, 2],
             participation=participation,
             total_mass=total_mass,
