@@ -5,6 +5,7 @@ w is the motion along the normal of the surface; positions have three columns.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -98,7 +99,14 @@ def assemble_shell(
             gap = turns[part.feet[1]] - turns[part.feet[0]]
             row = sp.csr_array(np.array([part.axis]) / np.linalg.norm(part.axis)) @ gap
             K = K + part.stiffness * (row.T @ row)
-    return shell.assembled(free, sp.csr_array(K), sp.csr_array(M), participation, total)
+    return shell.assembled(
+        free,
+        stiffness=sp.csr_array(K),
+        mass=sp.csr_array(M),
+        inertia=participation[:, 2],
+        participation=participation,
+        total_mass=total,
+    )
 
 
 class _Shell:
@@ -200,14 +208,7 @@ class _Shell:
                 strain[k] = strain[k] + sp.csr_array(entries, shape=strain[k].shape)
         return strain
 
-    def assembled(
-        self,
-        free: sp.csr_array,
-        stiffness: sp.csr_array,
-        mass: sp.csr_array,
-        participation: Array,
-        total_mass: float,
-    ) -> AssembledShell:
+    def assembled(self, free: sp.csr_array, **matrices: Any) -> AssembledShell:
         """Return matrices and rows in the free coordinates."""
         mesh, order, (layup, _) = self.mesh, self.order, self.parts[0]
 
@@ -239,8 +240,7 @@ class _Shell:
         place = np.repeat(np.arange(len(points)), 3), np.sort(mesh.cells[cells], axis=1).ravel()
         empty = sp.csr_array((0, free.shape[1]))
         return AssembledShell(
-            stiffness=stiffness,
-            mass=mass,
+            **matrices,
             patch_overlap=overlap,
             interpolate=lambda positions: reduced(self.deflection(positions))[0],
             displacement=lambda positions: reduced(*self.displacement(positions)),
@@ -258,9 +258,6 @@ class _Shell:
             vertex_normal=normal,
             reactions=(empty, empty),
             section=layup.section,
-            inertia=participation[:, 2],
-            participation=participation,
-            total_mass=total_mass,
         )
 
 
