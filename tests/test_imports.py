@@ -30,6 +30,7 @@ ALLOWED = {
     "damping": SHARED,
     "modal_files": {"panel"},
     "panel": SHARED,
+    "shell": SHARED | {"panel"},
     "sound": SHARED,
     "solve": {"geometry", "panel", "spectra"},
     "response": UPSTREAM,

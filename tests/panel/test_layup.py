@@ -95,7 +95,7 @@ def test_stresses_of_the_plies_add_up_to_the_moment():
     A, B, _ = section.abd
     neutral = np.linalg.solve(A, B) @ kappa
     moment, force = np.zeros(3), np.zeros(3)
-    for _, ply, outer, inner in section._placed:
+    for _, ply, outer, inner in section.placed:
         z = np.linspace(min(outer, inner), max(outer, inner), 3)
         stress = ply.stiffness @ (z * kappa[:, None] - neutral[:, None])
         simpson = ply.thickness / 6 * np.array([1, 4, 1])  # exact: stress is linear in z
@@ -104,7 +104,7 @@ def test_stresses_of_the_plies_add_up_to_the_moment():
     np.testing.assert_allclose(moment, section.bending @ kappa, rtol=1e-10)
     np.testing.assert_allclose(force, 0, atol=1e-10 * np.abs(A @ kappa).max())
     # and the layers' own numbers are those of the fibre axes
-    layer, (_, ply, outer, _) = section.layers[1], section._placed[1]
+    layer, (_, ply, outer, _) = section.layers[1], section.placed[1]
     strain = outer * kappa - neutral
     np.testing.assert_allclose(layer.strain @ kappa, ply.strain_in_fibre_axes @ strain)
     turned_back = ply.strain_in_fibre_axes.T @ (layer.stress @ kappa)

@@ -18,7 +18,7 @@ from pidpanel.shell.drawing import flat_panels, mesh_surface
 from pidpanel.shell.mesh import ShellMesh
 from pidpanel.shell.selections import Box, Line
 from pidpanel.shell.strains import Layup
-from tests.shells import SANDWICH, grid, on_cylinder, on_paraboloid, plane
+from tests.shells import SANDWICH, grid, mirror, on_cylinder, on_paraboloid, plane
 
 TAPE = Material(130e9, 9e9, 5e9, 0.3, 1600.0)
 # faces that differ: their membrane forces bend, and their mass is off the middle of the core
@@ -107,11 +107,29 @@ def test_a_flat_shell_vibrates_as_the_plate_and_has_its_curvature(tmp_path):
     _, vectors = normal_modes(plate, 650.0)
     inside = np.flatnonzero((np.abs(flat.vertices - [0.45, 0.3]) < 0.2).all(axis=1))
     for ours, theirs in zip(
-        (*shell.curvature_at_vertices, *shell.shear_at_vertices),
+        (*shell.curvature_at_vertices[:3], *shell.shear_at_vertices),
         (*plate.curvature_at_vertices, *plate.shear_at_vertices), strict=True,
     ):  # fmt: skip
         a, b = (ours @ modes[:, 0])[inside], (theirs @ vectors[:, 0])[inside]
         assert np.abs(a - b).max() < 0.1 * np.abs(b).max()
+
+
+@pytest.mark.parametrize("section", [SANDWICH, SolidSection(70e9, 0.3, 2700.0, 2e-3)])
+def test_a_cylinder_under_pressure_has_the_hoop_stress_of_a_boiler(section):
+    radius, pressure = 0.5, 1e3
+    quarter = grid((2, 4), (0.0, 0.0), (0.4, 0.25 * np.pi), on_cylinder(radius))
+    held = {"x": mirror(0, 0.0), "y": mirror(1, 0.0), "z": mirror(2, 0.0)}
+    shell = assemble_shell(quarter, Layup(section), held)
+    load = shell.at_quadrature.T @ (shell.quadrature_weight * pressure)
+    motion = spsolve(shell.stiffness.tocsc(), load)
+    rows = np.array([matrix @ motion for matrix in shell.curvature_at_vertices])
+    thickness = 0.6e-3 if section is SANDWICH else 2e-3
+    for layer in shell.layers:
+        stress = layer.stress @ rows
+        assert np.allclose(stress[1], pressure * radius / thickness, rtol=0.03)
+        assert np.abs(stress[[0, 2]]).max() < 0.03 * stress[1].max()
+        modulus = 50e9 if section is SANDWICH else 70e9
+        assert np.allclose((layer.strain @ rows)[1], stress[1] / modulus, rtol=0.03)
 
 
 def test_a_kinked_orthotropic_structure_turned_in_space_has_the_same_frequencies():

@@ -41,6 +41,11 @@ def test_a_step_file_in_millimetres_is_meshed_in_metres(tmp_path):
     assert shell.quadrature_weight.sum() == pytest.approx(0.48, rel=1e-5)
 
 
+def test_edges_too_short_for_the_surface_are_refused_before_meshing(tmp_path):
+    with pytest.raises(ValueError, match="elements; allowed are 50000"):
+        read_surface_file(written(tmp_path / "a.step", 0, 1000.0), 1e-4)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [

@@ -30,17 +30,19 @@ def test_maps_of_a_layer_without_symmetry_are_means_of_squares():
         np.testing.assert_allclose(maps["stress_xy"][layer], np.sqrt((xy**2).sum(1)), rtol=1e-9)
 
 
-def test_psds_of_a_layer_and_core_without_symmetry_are_those_of_their_components():
-    root = RNG.normal(size=(7, 7))  # a seventh motion beside the six
+@pytest.mark.parametrize("rows", [3, 6])  # of a plate, and of a shell with its membrane strains
+def test_psds_of_a_layer_and_core_without_symmetry_are_those_of_their_components(rows):
+    root = RNG.normal(size=(3 + rows, 3 + rows))
     response = PanelResponse(np.array([1.0]), (root @ root.T)[None, None] + 0j)
-    layers = stress.Layers(("+30", "-30"), TURNED, 2 * TURNED[::-1])
+    turned = RNG.normal(size=(2, 3, rows))
+    layers = stress.Layers(("+30", "-30"), turned, 2 * turned[::-1])
     found = stress.layer_psd(response, layers)[0, 0]
     core = np.array([[2.0, 0.3], [-0.4, 1.0]])
     for layer in range(2):
-        strain, of = layers.strain[layer] @ root[1:4], layers.stress[layer] @ root[1:4]
+        strain, of = layers.strain[layer] @ root[1:-2], layers.stress[layer] @ root[1:-2]
         expected = [*(strain**2).sum(axis=1), *(of**2).sum(axis=1)]
         np.testing.assert_allclose(found[layer, :6], expected, rtol=1e-10)
-    shear = ((core @ root[4:6]) ** 2).sum(axis=1)
+    shear = ((core @ root[-2:]) ** 2).sum(axis=1)
     np.testing.assert_allclose(stress.core_psd(response, core)[0, 0], shear, rtol=1e-10)
 
 

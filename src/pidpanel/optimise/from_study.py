@@ -174,7 +174,7 @@ def objective_of(section: Optimise, basis: PanelBasis, counted: Index) -> Object
     """
     if section.objective == "stress":
         layers = distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
-        return stresses(counted, layers, 6)
+        return stresses(counted, layers, 3 + layers.stress.shape[2])
     if section.objective == "oscillators" and section.band_hz is not None:
         return oscillators(counted, natural_frequencies(*section.band_hz), section.quality)
     if section.objective == "panel":

@@ -18,8 +18,6 @@ from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.stress import VON_MISES, Layers
 
-CURVATURE = slice(1, 4)  # of the motions w, κ_xx, κ_yy, κ_xy, γ_xz, γ_yz at a point
-
 PLACES = 24  # vertices that represent the panel, besides the response points
 
 
@@ -98,7 +96,9 @@ def stresses(points: Index, layers: Layers, motions: int) -> Objective:
     parts = np.linalg.cholesky(VON_MISES).T @ layers.stress  # (n_layers, 3, 3)
     count = parts.shape[0] * 3
     motion = np.zeros((points.size * count, motions))
-    motion[:, CURVATURE] = np.tile(parts.reshape(count, 3), (points.size, 1))
+    # of the motions w, κ_xx, κ_yy, κ_xy, …, γ_xz, γ_yz at a point
+    columns = slice(1, 1 + parts.shape[2])
+    motion[:, columns] = np.tile(parts.reshape(count, -1), (points.size, 1))
     rows = np.arange(points.size * count)
 
     def factor(frequency: Array) -> Array:

@@ -38,7 +38,8 @@ class PanelBasis(WettedFace):
     is_residual: Flags
     shape_at_points: Array  # (n_points, n) w of each shape at the response points [1]
     patch_overlap: Array  # (n_patches, n, n) ∫_patch φ_i φ_j dA [m²]
-    # (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`
+    # (n_vertices, 3, n) κ of each shape at the vertices [1/m]; see `pidpanel.panel.section`. Of a
+    # shell six rows, κ and its membrane strain over h; see `pidpanel.shell.strains.Layup.layers`
     curvature_at_vertices: Array
     # (n_vertices, 2, n) γ of each shape at the vertices [1/m]: shapes have no unit, w has m
     shear_at_vertices: Array
@@ -63,15 +64,16 @@ class PanelBasis(WettedFace):
 def basis_of(mesh: PanelMesh, plate: PlateMatrices, shapes: Shapes) -> PanelBasis:
     """Return the values of shapes wherever they are needed."""
     section = getattr(plate, "section", None)  # none of modes from a file
-    layers = section.layers if section else ()
+    layers = getattr(plate, "layers", section.layers if section else ())
+    rows = len(plate.curvature_at_vertices)
     cells = np.arange(len(mesh.cells))
     return PanelBasis(
         **values_of(plate, shapes),
         vertex_position=mesh.vertices,
         cells=mesh.cells,
         layer_names=tuple(layer.name for layer in layers),
-        layer_strain=np.array([layer.strain for layer in layers]).reshape(-1, 3, 3),
-        layer_stress=np.array([layer.stress for layer in layers]).reshape(-1, 3, 3),
+        layer_strain=np.array([layer.strain for layer in layers]).reshape(-1, 3, rows),
+        layer_stress=np.array([layer.stress for layer in layers]).reshape(-1, 3, rows),
         core_stress=section.core_stress if section else np.zeros((2, 2)),
         point_position=np.array(list(mesh.points.values()), dtype=float).reshape(
             -1, mesh.vertices.shape[1]

@@ -158,6 +158,7 @@ def read_plate(path: Path) -> StoredPlate:
         return upper
 
     names = [name for name in str(data.attrs["patches"]).split("\n") if name]
+    curvature = [f"curvature_{k}" for k in range(6) if f"curvature_{k}_data" in data]
     return StoredPlate(
         stiffness=matrix("stiffness"),
         mass=matrix("mass"),
@@ -165,7 +166,7 @@ def read_plate(path: Path) -> StoredPlate:
         at_vertices=matrix("at_vertices"),
         at_points=matrix("at_points"),
         point_weight=matrix("point_weight"),
-        curvature_at_vertices=tuple(matrix(f"curvature_{k}") for k in range(3)),
+        curvature_at_vertices=tuple(map(matrix, curvature)),
         shear_at_vertices=(matrix("shear_0"), matrix("shear_1")),
         reactions=(matrix("reaction_0"), matrix("reaction_1")),
         quadrature_position=array("quadrature_position"),

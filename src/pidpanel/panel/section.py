@@ -215,7 +215,7 @@ class SandwichSection:
     extra_mass_per_area: float = 0.0
 
     @cached_property
-    def _placed(self) -> list[tuple[str, Ply, float, float]]:
+    def placed(self) -> list[tuple[str, Ply, float, float]]:
         """Name, ply, depth of its outer and of its inner surface [m]."""
         placed = []
         for name, face, side in (("top", self.top, 1.0), ("bottom", self.bottom, -1.0)):
@@ -232,7 +232,7 @@ class SandwichSection:
         return tuple(
             sum(
                 ply.stiffness * abs(outer**k - inner**k) * np.sign(outer) ** (k - 1) / k
-                for _, ply, outer, inner in self._placed
+                for _, ply, outer, inner in self.placed
             )
             for k in (1, 2, 3)
         )
@@ -268,7 +268,7 @@ class SandwichSection:
         """Moments ∫ρ zᵏ dz of order 0, 1, 2 of faces and core about the middle of the core."""
         half = self.core.thickness / 2
         parts = [(self.core.density, half, -half)]
-        parts += [(p.material.density, outer, inner) for _, p, outer, inner in self._placed]
+        parts += [(p.material.density, outer, inner) for _, p, outer, inner in self.placed]
         # a part's surfaces may come in either order
         zeroth, first, second = (
             sum(d * (max(u, v) ** k - min(u, v) ** k) / k for d, u, v in parts) for k in (1, 2, 3)
@@ -287,7 +287,7 @@ class SandwichSection:
         A, B, _ = self.abd
         neutral = np.linalg.solve(A, B)
         layers = []
-        for name, ply, outer, _ in self._placed:
+        for name, ply, outer, _ in self.placed:
             strain = ply.strain_in_fibre_axes @ (outer * np.eye(3) - neutral)
             layers.append(Layer(name, strain, ply.material.stiffness @ strain))
         return tuple(layers)

@@ -5,6 +5,7 @@ w is the motion along the normal of the surface; positions have three columns.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,6 +13,7 @@ from skfem.quadrature import get_quadrature
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.plate import LOAD_ORDER, NONE_FREE, AssembledPlate
+from pidpanel.panel.section import Layer
 from pidpanel.panel.supports import free_coordinates
 from pidpanel.shell.attachments import (
     Attached,
@@ -40,8 +42,8 @@ class AssembledShell(AssembledPlate):
 
     # Maps positions (n_positions, 3) [m] to three arrays (n_positions, n): motion along x, y, z.
     displacement: Callable[[Array], Components] | None = None
-    # three arrays (n_vertices, n): strains ε (see `strains`) at the vertices [1]
-    membrane_at_vertices: tuple[sp.csr_array, ...] = ()
+    # Of the first section, for the six rows of `curvature_at_vertices`; see `Layup.layers`
+    layers: tuple[Layer, ...] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
     total_mass: float = 0.0  # [kg]
 
@@ -90,13 +92,21 @@ def assemble_shell(
             motion = sp.csr_array(sp.csr_array(arm) @ free[6 * node : 6 * node + 6])
             M = M + motion.T @ sp.diags_array([foot.mass] * 3 + list(foot.inertia)) @ motion
             participation = participation + foot.mass * motion[:3].toarray().T
-            total, turns[name] = total + foot.mass, motion[3:]
+            total = total + foot.mass
+            turns[name] = motion[3:]
     for part in attached.values():
         if isinstance(part, Hinge):
             gap = turns[part.feet[1]] - turns[part.feet[0]]
             row = sp.csr_array(np.array([part.axis]) / np.linalg.norm(part.axis)) @ gap
             K = K + part.stiffness * (row.T @ row)
-    return shell.assembled(free, sp.csr_array(K), sp.csr_array(M), participation, total)
+    return shell.assembled(
+        free,
+        stiffness=sp.csr_array(K),
+        mass=sp.csr_array(M),
+        inertia=participation[:, 2],
+        participation=participation,
+        total_mass=total,
+    )
 
 
 class _Shell:
@@ -198,16 +208,9 @@ class _Shell:
                 strain[k] = strain[k] + sp.csr_array(entries, shape=strain[k].shape)
         return strain
 
-    def assembled(
-        self,
-        free: sp.csr_array,
-        stiffness: sp.csr_array,
-        mass: sp.csr_array,
-        participation: Array,
-        total_mass: float,
-    ) -> AssembledShell:
+    def assembled(self, free: sp.csr_array, **matrices: Any) -> AssembledShell:
         """Return matrices and rows in the free coordinates."""
-        mesh, order = self.mesh, self.order
+        mesh, order, (layup, _) = self.mesh, self.order, self.parts[0]
 
         def reduced(*rows: sp.csr_array) -> tuple[sp.csr_array, ...]:
             return tuple(sp.csr_array(matrix @ free) for matrix in rows)
@@ -237,8 +240,7 @@ class _Shell:
         place = np.repeat(np.arange(len(points)), 3), np.sort(mesh.cells[cells], axis=1).ravel()
         empty = sp.csr_array((0, free.shape[1]))
         return AssembledShell(
-            stiffness=stiffness,
-            mass=mass,
+            **matrices,
             patch_overlap=overlap,
             interpolate=lambda positions: reduced(self.deflection(positions))[0],
             displacement=lambda positions: reduced(*self.displacement(positions)),
@@ -249,16 +251,13 @@ class _Shell:
             quadrature_weight=area,
             quadrature_normal=frame.axes[:, :, 2].reshape(-1, 3),
             at_quadrature=w,
-            membrane_at_vertices=strain[:3],
-            curvature_at_vertices=strain[3:6],
+            curvature_at_vertices=(*strain[3:6], *(part / layup.half for part in strain[:3])),
+            layers=layup.layers,
             shear_at_vertices=strain[6:],
             motion_at_vertices=motion,
             vertex_normal=normal,
             reactions=(empty, empty),
-            section=self.parts[0][0].section,
-            inertia=participation[:, 2],
-            participation=participation,
-            total_mass=total_mass,
+            section=layup.section,
         )
 
 

@@ -15,6 +15,7 @@ from pidpanel.shell.mesh import UPWARD, ShellMesh
 from pidpanel.shell.selections import Box, Line, Place, Ring, Selection, Sphere
 
 ORDERS = {2: 1, 9: 2, 21: 3, 23: 4}  # order of gmsh's triangles by the number of their kind
+MOST = 50_000  # elements
 ROUND = 8  # least number of elements round a circle
 Tags = list[tuple[int, int]]
 Drawing = Callable[[], Mapping[str, Tags]]  # draws with gmsh's OCC; surfaces of each part by name
@@ -97,6 +98,12 @@ def mesh_surface(
     """
     with gmsh_session():
         parts = _fragmented(draw(), list(imprints))
+        area = sum(gmsh.model.occ.getMass(*tag) for tags in parts.values() for tag in tags)
+        if (count := 2 * area / size**2) > MOST:
+            raise ValueError(
+                f"{area:.3g} m² in edges of {size:g} m need {count:.2g} elements;"
+                f" allowed are {MOST}"
+            )
         _set_sizes(size, sizes or {})
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(order)

@@ -162,16 +162,14 @@ class ShellMesh:
         """
         numbers, position = self.nodes(order)
         inner = 3 + np.arange(3 * (order - 1)).reshape(3, -1)
-        ends = (0, 1), (1, 2), (0, 2)  # of skfem
-        chains = [[a, *nodes, b] for (a, b), nodes in zip(ends, inner, strict=True)]
+        sides = (0, 1), (1, 2), (0, 2)  # of skfem
+        chains = [[a, *nodes, b] for (a, b), nodes in zip(sides, inner, strict=True)]
         edges = np.unique(np.concatenate([numbers[:, chain] for chain in chains]), axis=0)
         place = position[edges]
         length = np.linalg.norm(place[:, -1] - place[:, 0], axis=1)
-        ends_inside = selection.contains(place[:, [0, -1]], ROUNDING * self.extent).all(axis=1)
-        near = np.array(
-            [selection.contains(x, ROUGH * h).all() for x, h in zip(place, length, strict=True)]
-        )
-        return edges[ends_inside & near]
+        ends = selection.contains(place[:, [0, -1]], ROUNDING * self.extent)
+        near = [selection.contains(x, ROUGH * h).all() for x, h in zip(place, length, strict=True)]
+        return edges[np.all(ends, axis=1) & np.array(near)]
 
     def selected_nodes(self, selection: Selection, order: int, name: str) -> Index:
         """Return the nodes within a selection; the name is for messages."""

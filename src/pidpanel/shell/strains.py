@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.section import SandwichSection, Section, SolidSection, ThinSection
+from pidpanel.panel.section import Layer, SandwichSection, Section, SolidSection, ThinSection
 from pidpanel.shell.mesh import ShellMesh, lagrange
 from pidpanel.shell.selections import Place
 
@@ -60,6 +60,33 @@ class Layup:
         if isinstance(section, SolidSection):
             return section.mass_per_area, 0.0, section.rotary_inertia
         return section.mass_per_area, 0.0, section.mass_per_area * section.thickness**2 / 12
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """Outer surfaces as in `section`, but (3, 6) of κ and ε/h, h the largest depth."""
+        half = self.half
+        if isinstance(self.section, SandwichSection):
+            layers = []
+            for name, ply, outer, _ in self.section.placed:
+                strain = ply.strain_in_fibre_axes @ np.hstack([outer * np.eye(3), half * np.eye(3)])
+                layers.append(Layer(name, strain, ply.material.stiffness @ strain))
+            return tuple(layers)
+        stretch = half * self.section.extensional / self.section.thickness
+        return tuple(
+            Layer(
+                layer.name,
+                np.hstack([layer.strain, half * np.eye(3)]),
+                np.hstack([layer.stress, stretch]),
+            )
+            for layer in self.section.layers
+        )
+
+    @property
+    def half(self) -> float:
+        """Largest depth of a layer [m]."""
+        if isinstance(self.section, SandwichSection):
+            return max(abs(outer) for _, _, outer, _ in self.section.placed)
+        return self.section.thickness / 2
 
     @property
     def has_direction(self) -> bool:

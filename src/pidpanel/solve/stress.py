@@ -42,7 +42,7 @@ class Layers:
 
     # (n_layers,) such as "top and bottom" where the two differ by sign alone
     names: tuple[str, ...]
-    # (n_layers, 3, 3) strain [m] and stress [Pa m] per curvature
+    # (n_layers, 3, 3) strain [m] and stress [Pa m] per curvature; of a shell (n_layers, 3, 6)
     strain: Array
     stress: Array
 
@@ -89,7 +89,8 @@ def layer_psd(response: PanelResponse, layers: Layers) -> Array:
     """
     von_mises = layers.stress.swapaxes(1, 2) @ VON_MISES @ layers.stress
     forms = [_squares(layers.strain), _squares(layers.stress), von_mises[:, None]]
-    return _means(np.concatenate(forms, axis=1), response.cross_psd[:, :, 1:4, 1:4])
+    rows = slice(1, 1 + layers.strain.shape[2])
+    return _means(np.concatenate(forms, axis=1), response.cross_psd[:, :, rows, rows])
 
 
 def core_psd(response: PanelResponse, core_stress: Array) -> Array:
@@ -106,7 +107,7 @@ def core_psd(response: PanelResponse, core_stress: Array) -> Array:
     -------
     (nf, n_points, 2) [Pa²/Hz].
     """
-    return _means(_squares(core_stress), response.cross_psd[:, :, 4:6, 4:6])
+    return _means(_squares(core_stress), response.cross_psd[:, :, -2:, -2:])
 
 
 def _squares(matrix: Array) -> Array:
