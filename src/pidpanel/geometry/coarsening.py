@@ -14,8 +14,8 @@ RIM_SIZE, GROWTH = 0.5, 0.4
 
 JITTER, ATTEMPTS = 0.05, 9  # share of lengths that is drawn, and draws
 
-# Length of the sum of unit vectors along a line from a vertex beyond which the vertex stays, that of
-# 40°, and cosine of an angle between normals below which an edge does, that of 30°.
+# Vertices stay where unit vectors along a line add up to more than this, a turn by 40°; edges where
+# the cosine between normals is less, a fold by 30°.
 TURN, FOLD = 0.7, 0.87
 
 
@@ -41,9 +41,9 @@ def rims(triangles: Index, count: int) -> tuple[Index, Index]:
 def remeshed(vertices: Array, triangles: Index, edge: float) -> tuple[Array, Index]:
     """Return vertices (nv, 3) [m] and triangles (nt, 3) on a surface, of about this edge [m].
 
-    Vertices are some of a mesh that is divided until it is fine: rims and folds first, then by rows inwards.
-    Each has the region that is nearest to it along the surface; where three regions meet is a
-    triangle. Triangles grow from rims inwards. Lengths are drawn again where the mesh has other holes
+    Vertices are some of a mesh that is divided until it is fine: rims and folds first, then by rows
+    inwards, where triangles grow. Each has the region that is nearest to it along the surface;
+    where three regions meet is a triangle. Lengths are drawn again where the mesh has other holes
     than the surface.
     """
     holes = _euler(vertices, triangles)

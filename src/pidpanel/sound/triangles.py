@@ -30,8 +30,8 @@ RIM_SHIFT = 0.115
 # Distance of two triangles, in the sum of their mean edges, up to which 1/R is a closed form.
 NEAR = 1.0
 
-# Edges of triangles in the shortest wave, area of a vertex over the square of an edge, and number of
-# vertices without those that small triangles at rims add.
+# Edges of triangles in the shortest wave, area of a vertex over the square of an edge, number
+# of vertices without those that rims add.
 EDGES, HEXAGON, LEAST_VERTICES, MOST_VERTICES = 7.0, 0.866, 350, 700
 
 FIT = 0.7, 1.15  # mean edge of a mesh that stays, over the one that is needed
@@ -213,7 +213,7 @@ class SurfaceJumps:
         return (matrix + matrix.T).tocsr() / 2
 
     def couplings(self, surface: SurfaceQuadrature) -> list[Array]:
-        """Return ∫ ψ φ dA (n, n_shapes) [m²]; points of the surface act on their nearest triangle."""
+        """Return ∫ ψ φ dA (n, n_shapes) [m²]; points act on the triangle nearest to them."""
         triangle, barycentric = self._nearest(surface.position)
         sense = np.sign(np.sum(self.normal[triangle] * surface.normal, axis=1))
         load = (sense * surface.weight)[:, None] * surface.shape
