@@ -73,6 +73,23 @@ def test_residual_vectors_complete_the_compliance_of_patches(paraboloid, patches
     work = quadrature.normal_displacement(model.static_displacement).T @ load
     np.testing.assert_allclose(compliance, work, atol=2e-3 * work.max())
     assert vectors.frequency.min() > model.frequency.max()
+    against = residual_vectors(quadrature, model.frequency, model.modal_mass, model.displacement,
+                               model.static_displacement, -pressure, AREAL_MASS)  # fmt: skip
+    np.testing.assert_allclose(against.frequency, vectors.frequency)
+
+
+def test_displacements_of_other_pressures_are_refused(paraboloid, patches):
+    quadrature, pressure = patches
+    model = paraboloid
+    modes = model.frequency, model.modal_mass, model.displacement
+    for static, message in (
+        (model.static_displacement[:, :, ::-1], "do work on each other that differs by"),
+        (0.5 * model.static_displacement, r"static case \d+: modes alone move \d+% of it"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            residual_vectors(quadrature, *modes, static, pressure, AREAL_MASS)
+    with pytest.raises(ValueError, match="need a structure without rigid motions"):
+        residual_vectors(quadrature, 0 * modes[0], *modes[1:], static, pressure, AREAL_MASS)
 
 
 def frd(
