@@ -23,6 +23,7 @@ MASS_UNITS |= {unit: POUND * STANDARD_GRAVITY / unit for unit in (0.0254, 0.3048
 EXTENTS = 0.01, 200.0  # least and greatest size of a structure [m]
 AREAL_MASSES = 0.02, 2000.0  # least and greatest mean of a mode [kg/m²]
 RIGID = 0.05  # greatest frequency [Hz] that is rounding of a rigid motion's
+LARGEST_SPREAD = 50.0  # of the mass per area of modes that are declared as mass-normalised
 NORMALISED = 1e-3  # deviation of a modal mass of 1, or of a largest component of 1
 COINCIDENT = 1e-4  # share of the extent by which nodes of two files may differ
 
@@ -92,6 +93,12 @@ def modal_model(
             position, mesh.node[rows], frequency, mass, motion, cells, groups, place, static
         )
         _check(model, unit_kg is None)
+        areal = model.areal_mass
+        if normalised and areal.max() > LARGEST_SPREAD * areal.min():
+            message = (
+                f"modes move {areal.min():.3g} to {areal.max():.3g} kg/m² of the surface, which"
+            )
+            raise ValueError(f"{message} modes that are scaled to a mass of 1 do not")
     except ValueError as error:
         raise ValueError(f"{place}: {error}") from None
     return model
