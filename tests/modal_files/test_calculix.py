@@ -168,6 +168,9 @@ def test_a_mesh_of_another_model_is_refused(plate, tmp_path):
     ):
         solid = "*Node\n1,0,0,0\n*Element, type=C3D8, elset=a\n1,1,2,3,4,5,6,7,8\n*Surface, name=s\na,S7\n"
         read(tmp_path, frd(plate), solid)
+    expanded = frd(plate._replace(node=plate.node + 1000))  # shells become solids with other nodes
+    with pytest.raises(ValueError, match=r"is not in the modes; 96 elements .* needs OUTPUT=2D"):
+        read(tmp_path, expanded, inp(plate))
     with pytest.raises(ValueError, match="no surface elements; triangles or quadrilaterals"):
         read(tmp_path, frd(plate), inp(plate).replace("S4R", "B32X"))
 

@@ -68,7 +68,7 @@ def modal_model(
             values, count = np.unique(numbers, return_counts=True)
             if count.max(initial=0) > 1:
                 raise ValueError(f"{name}: node {values[np.argmax(count)]} appears twice")
-        rows, cells, groups = _surface(mesh, shapes.node)
+        rows, cells, groups = _surface(mesh, shapes)
         order = np.argsort(shapes.node)
         columns = order[np.searchsorted(shapes.node, mesh.node[rows], sorter=order)]
         position = unit_m * mesh.position[rows]
@@ -104,11 +104,11 @@ def modal_model(
     return model
 
 
-def _surface(mesh: SurfaceElements, moving: Index) -> tuple[Index, Index, dict[str, Index]]:
+def _surface(mesh: SurfaceElements, shapes: ModeShapes) -> tuple[Index, Index, dict[str, Index]]:
     """Return the rows of the nodes that have a displacement, cells in these, and their groups."""
     if not len(mesh.element):
         raise ValueError("no surface elements; triangles or quadrilaterals are needed")
-    rows = np.flatnonzero(np.isin(mesh.node, moving))
+    rows = np.flatnonzero(np.isin(mesh.node, shapes.node))
     order = np.argsort(mesh.node[rows])
     numbers = mesh.node[rows][order]
     parts, origins = [], []
@@ -121,7 +121,8 @@ def _surface(mesh: SurfaceElements, moving: Index) -> tuple[Index, Index, dict[s
             k, corner = np.argwhere(absent)[0]
             where = "the modes" if np.isin(nodes[k, corner], mesh.node) else "the mesh"
             message = f"element {mesh.element[places[k]]}: its node {nodes[k, corner]} is not in"
-            raise ValueError(f"{message} {where}; {absent.any(axis=1).sum()} elements lack nodes")
+            lacking = f"{absent.any(axis=1).sum()} elements lack nodes{shapes.advice}"
+            raise ValueError(f"{message} {where}; {lacking}")
         parts.append(order[index[:, table]].reshape(-1, 4))
         origins.append(np.repeat(np.array(places, dtype=np.int64), len(table)))
     origin = np.concatenate(origins)
