@@ -128,8 +128,9 @@ def test_the_error_of_a_mesh_is_seen_on_a_coarser_one(surface):
     k = 3.0
     stated = mesh_error(fine, coarse, surface)
     one, other = (np.diagonal(impedance(p, surface, k)).imag for p in (fine, finest))
-    true = np.max(np.abs(one / other - 1))
-    assert true / 2 < stated < 4 * true
+    true = np.abs(one / other - 1)
+    assert np.all(stated > true / 2)
+    assert np.all(stated < 4 * true)
 
 
 def area(vertices, triangles):
@@ -163,5 +164,5 @@ def test_a_mesh_of_the_right_size_stays():
     jumps = SurfaceJumps.of_surface(vertices, triangles, 15.0)
     np.testing.assert_array_equal(jumps.triangles, triangles)
     other = SurfaceJumps.of_surface(vertices, triangles, 15.0, 0.5)
-    assert 0.4 < len(other.inner) / len(jumps.inner) < 0.9
+    assert len(other.inner) < 0.6 * len(jumps.inner)
     assert SurfaceJumps.of_surface(vertices, triangles, 60.0, 0.3).wavenumber < 25.0
