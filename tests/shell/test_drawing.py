@@ -7,7 +7,7 @@ from pidpanel.panel.modes import normal_modes
 from pidpanel.shell.assembly import assemble_shell
 from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
 from pidpanel.shell.resolution import element_size, frequency_shifts
-from pidpanel.shell.selections import Box, Ring, Sphere
+from pidpanel.shell.selections import Box, Prism, Ring, Sphere
 from pidpanel.shell.strains import Layup
 from tests.shells import SANDWICH
 
@@ -47,6 +47,24 @@ def test_a_whole_paraboloid_and_a_cylinder_panel_have_their_areas_and_boxes():
     area = shell.quadrature_weight.reshape(len(mesh.cells), -1).sum(axis=1)
     assert area.sum() == pytest.approx(0.8 * 0.9, rel=1e-6)
     assert area[mesh.patch_cells["b"]].sum() == pytest.approx(0.4 * 2 * np.arcsin(0.2), rel=1e-6)
+
+
+def test_elements_follow_a_polygon_that_is_projected():
+    square = ((0.2, 0.0, 0.0), (0.4, 0.0, 0.0), (0.4, 0.2, 0.0), (0.2, 0.2, 0.0))
+    prism = Prism(square, (0.0, 0.0, 1.0))
+    mesh = mesh_surface(paraboloid(1.2, 0.48, 0.24), 0.2, [prism]).with_names({"P": prism}, {})
+    shell = assemble_shell(mesh, Layup(SANDWICH))
+    area = shell.quadrature_weight.reshape(len(mesh.cells), -1).sum(axis=1)
+    x, y = np.meshgrid(0.2 + 0.2 * (np.arange(400) + 0.5) / 400, 0.2 * (np.arange(400) + 0.5) / 400)
+    exact = 0.04 * np.sqrt(1 + (x**2 + y**2) / (4 * 0.48**2)).mean()
+    assert area[mesh.patch_cells["P"]].sum() == pytest.approx(exact, rel=1e-5)
+
+
+def test_parts_that_overlap_are_refused():
+    a = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    b = [(x + 0.5, y, z) for x, y, z in a]
+    with pytest.raises(ValueError, match="b and a overlap"):
+        mesh_surface(flat_panels({"a": a, "b": b}), 0.5)
 
 
 def test_panels_of_a_box_share_their_edges():
