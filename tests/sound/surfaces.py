@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.special import eval_legendre
 
+from pidpanel.geometry import coarsening
 from pidpanel.geometry.surface_waves import SurfaceQuadrature
 
 # a turn about an axis that is none of the frame
@@ -35,8 +36,37 @@ def sphere(radius=0.5, degrees=(0, 1, 2, 3), rings=30):
     return SurfaceQuadrature(radius * normal, normal, weight, shape)
 
 
-def plate(panel):
-    """A flat panel in a plane that is oblique, off the origin."""
+def plate(panel, turn=TURN):
+    """A flat panel in a plane that is oblique."""
     points = np.pad(panel.position, ((0, 0), (0, 1)))
-    normal = np.broadcast_to(TURN[:, 2], points.shape)
-    return SurfaceQuadrature(points @ TURN.T + [3.0, -1, 2], normal, panel.weight, panel.shape)
+    normal = np.broadcast_to(turn[:, 2], points.shape)
+    return SurfaceQuadrature(points @ turn.T, normal, panel.weight, panel.shape)
+
+
+def oriented(vertices, cells):
+    """Triangles of a flat mesh (nv, 2), in one sense, in space."""
+    (a, b), (c, d) = (vertices[cells[:, end]].T - vertices[cells[:, 0]].T for end in (1, 2))
+    cells = np.where((a * d > b * c)[:, None], cells, cells[:, ::-1]).astype(np.int64)
+    return np.pad(vertices, ((0, 0), (0, 1))), cells
+
+
+def paraboloid_mesh(rings=6, spokes=28, hub=0.12, radius=0.6, focus=0.48):
+    """Vertices and triangles of a reflector with a hole, equal in each quarter."""
+    r, angle = np.linspace(hub, radius, rings + 1), 2 * np.pi * np.arange(spokes) / spokes
+    r, angle = (axis.ravel() for axis in np.meshgrid(r, angle, indexing="ij"))
+    vertices = np.stack([r * np.cos(angle), r * np.sin(angle), r**2 / (4 * focus)], axis=1)
+    i, j = np.indices((rings, spokes)).reshape(2, -1)
+    a, b = i * spokes + j, i * spokes + (j + 1) % spokes
+    return vertices, np.concatenate(
+        [np.stack([a, a + spokes, b + spokes], 1), np.stack([a, b + spokes, b], 1)]
+    )
+
+
+def sphere_mesh(divisions, radius=0.5):
+    """Vertices and triangles of an octahedron that is divided and blown up."""
+    vertices = np.concatenate([np.eye(3), -np.eye(3)])
+    cells = np.array([[0, 1, 2], [3, 2, 1], [0, 2, 4], [0, 5, 1], [3, 4, 2], [3, 1, 5], [0, 4, 5], [3, 5, 4]])  # fmt: skip
+    for _ in range(divisions):
+        vertices, cells = coarsening._divided(vertices, cells)
+        vertices /= np.linalg.norm(vertices, axis=1, keepdims=True)
+    return radius * vertices, cells

@@ -5,19 +5,20 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.special import spherical_jn
+from scipy.special import spherical_jn, spherical_yn
 from skfem import MeshQuad, MeshTri
 
 from pidpanel.geometry.plane_waves import PanelQuadrature, condensed
 from pidpanel.sound.field import diffuse_modal_force, wavenumber
-from pidpanel.sound.free_edges import FreePanel
+from pidpanel.sound.free_edges import FreePanel, FreeSurface
 from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.surface import tabulate_diffuse_surface
+from pidpanel.sound.triangles import SurfaceJumps
 from tests.sound.hats import BY_ELEMENTS
 from tests.sound.panels import SIDES, l_mesh, sine_panel
-from tests.sound.surfaces import sphere
+from tests.sound.surfaces import oriented, plate, sphere, sphere_mesh
 
 pytestmark = [pytest.mark.verification, pytest.mark.slow]
 
@@ -171,6 +172,73 @@ def test_a_diffuse_field_on_a_sphere_has_its_closed_form(record, ka):
             tolerance=1e-9, case="Sphere of 0.5 m in a diffuse field, incident pressure",
             method="Legendre polynomials in depth, plane waves",
             source="(4πa² j_l(ka))²/(2l + 1), by the addition theorem of sin(kR)/(kR)",
+        )  # fmt: skip
+
+
+@pytest.fixture
+def elements(record):
+    return partial(record, method="hats on triangles")
+
+
+def test_triangles_on_a_flat_panel_are_its_chebyshev_functions(elements):
+    mesh = MeshTri.init_tensor(np.linspace(0, SIDES[0], 31), np.linspace(0, SIDES[1], 21))
+    panel = FreeSurface.of_hats(SurfaceJumps.of_surface(*oriented(mesh.p.T, mesh.t.T), 10.0), 8.0)
+    points = sine_panel([(1, 1), (2, 1)])
+    reference = FreePanel.of_jumps(RectangleJumps.of_box([0, 0], SIDES, 12.0), 8.0)
+    wavenumbers = [0.3, 1.2, 3.0, 8.0]
+    found = impedances(panel, plate(points, np.eye(3)), wavenumbers)
+    expected = impedances(reference, condensed(points, FACE), wavenumbers)
+    for k, row, other in zip(wavenumbers, found, expected, strict=True):
+        for name, value, exact in zip(("(1, 1)", "(2, 1)"), row, other, strict=True):
+            case = "Flat panel of 1.5 m × 1 m that hangs free, as a surface of any form"
+            source = "Chebyshev functions in wavenumbers"
+            elements(
+                f"load of mode {name} over that of a flat panel, k = {k:g}/m",
+                value.imag / exact.imag, 1.0, tolerance=0.01, case=case, source=source,
+            )  # fmt: skip
+            elements(
+                f"error of its mass over |Z|, k = {k:g}/m", (value.real - exact.real) / abs(exact),
+                0.0, tolerance=0.01, case=case, source=source,
+            )  # fmt: skip
+
+
+def test_triangles_on_a_disc_have_its_closed_forms_in_long_waves(elements):
+    radius, k = 0.5, 0.05
+    mesh = oriented(*disc_mesh(radius, 5))
+    panel = FreeSurface.of_hats(SurfaceJumps.of_surface(*mesh, 1.0), 1.0)
+    vertices, cells = disc_mesh(radius, 5)
+    points = OutlineJumps.of_mesh(vertices, cells, 1.0).functions
+    moved = plate(replace(points, shape=np.ones((len(points.weight), 1))), np.eye(3))
+    impedance = impedances(panel, moved, [k])[0, 0]
+    volume, load = 8 * radius**3 / 3, (8 * k * radius**3 / 3) ** 2 / 3
+    row = partial(
+        elements, case="Disc that hangs free in a room, long waves",
+        source="8a³/3 and (8ka³/3)²/3 (Lamb, §102)",
+    )  # fmt: skip
+    row("added volume over that in closed form", impedance.real / volume, 1.0, tolerance=0.01)
+    quantity = "load over that in closed form"
+    row(quantity, 4 * np.pi / k * impedance.imag / load, 1.0, tolerance=0.015)
+
+
+@pytest.mark.parametrize("ka", [0.5, 1.0])
+def test_a_closed_sphere_has_the_load_of_a_rigid_one(elements, ka):
+    # facets of edge h leave an error of order h²: two meshes are extrapolated
+    radius, degrees = 0.5, np.arange(3)
+    coarse, fine = (
+        impedances(
+            FreeSurface.of_hats(SurfaceJumps.of_mesh(*sphere_mesh(n, radius)), ka / radius),
+            sphere(radius, degrees), [ka / radius],
+        )[0]
+        for n in (2, 3)
+    )  # fmt: skip
+    outward = spherical_jn(degrees, ka, True) + 1j * spherical_yn(degrees, ka, True)
+    load = (4 * np.pi * radius**2 / ka**2 / np.abs(outward)) ** 2 / (2 * degrees + 1)
+    found = 4 * np.pi * radius / ka * (fine + (fine - coarse) / 3).imag
+    for degree in degrees:
+        elements(
+            f"load on P_{degree}(cos θ) at ka = {ka:g}", found[degree], load[degree], unit="m4",
+            tolerance=0.01, case="Closed rigid sphere of 0.5 m in a diffuse room",
+            source="(4πa²/((ka)² |h_l′(ka)|))²/(2l + 1) (Morse and Ingard, 8.2)",
         )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ GAUSS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / np.sqrt(3)
 CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
-class SurfaceQuadrature(NamedTuple):
+class CellQuadrature(NamedTuple):
     """Points of a surface, four to a cell and in the order of the cells."""
 
     position: Array  # (n_points, 3) [m]
@@ -40,7 +40,7 @@ class SurfaceQuadrature(NamedTuple):
         return w.T @ (self.weight[rows, None] * w)
 
 
-def surface_quadrature(position: Array, cells: Index) -> SurfaceQuadrature:
+def surface_quadrature(position: Array, cells: Index) -> CellQuadrature:
     """Return the quadrature of bilinear cells; of triangles it is exact for cubics.
 
     Parameters
@@ -63,7 +63,7 @@ def surface_quadrature(position: Array, cells: Index) -> SurfaceQuadrature:
     values = np.tile(shape.ravel(), len(cells))
     interpolation = scipy.sparse.csr_array((values, (rows, columns)), (count, len(position)))
     cell = np.repeat(np.arange(len(cells)), 4)
-    return SurfaceQuadrature(points, area / weight[:, None], weight, cell, interpolation)
+    return CellQuadrature(points, area / weight[:, None], weight, cell, interpolation)
 
 
 def cell_areas(position: Array, cells: Index) -> Array:

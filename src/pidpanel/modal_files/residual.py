@@ -6,7 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from pidpanel.arrays import Array
-from pidpanel.modal_files.quadrature import SurfaceQuadrature
+from pidpanel.modal_files.quadrature import CellQuadrature
 
 INDEPENDENT = 1e-8  # least eigenvalue of the scaled mass matrix of residual vectors
 
@@ -22,7 +22,7 @@ class ResidualVectors(NamedTuple):
 
 
 def residual_vectors(
-    quadrature: SurfaceQuadrature,
+    quadrature: CellQuadrature,
     frequency: Array,
     modal_mass: Array,
     displacement: Array,

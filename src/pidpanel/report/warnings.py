@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from pidpanel.damping.surface_cases import COUNTED
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer
@@ -23,7 +22,6 @@ from pidpanel.report.text import capitalised, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_shifts
 from pidpanel.structure.from_study import studied
-from pidpanel.study.panel import Panel
 
 NO_VALUES = pd.Series(dtype=float)  # of a column that is not there
 NAMED = 3  # scenarios that a warning names
@@ -162,16 +160,15 @@ def coarse_mesh(
     edge = element_sizes(inputs.basis.vertex_position, inputs.basis.cells).max()
     highest = inputs.study.response.frequency_hz[1]
     panel = inputs.study.panel
-    if not isinstance(panel, Panel):  # of whose mesh nothing is known
-        return None
-    cause = StudiedPanel(panel).cause_of_shift(float(edge), highest)
+    mesh = getattr(panel, "mesh", None)  # a structure has none of its own
+    cause = studied(panel).cause_of_shift(float(edge), highest)
     has_feet = any(point.radius_m for point in panel.support_input.points.values())
-    is_unsized = panel.mesh.kind == "triangles" and panel.corner_size is None
+    is_unsized = mesh is not None and mesh.kind == "triangles" and panel.corner_size is None
     if cause == "waves" and has_feet and is_unsized and panel.section.kind != "thin":
         cause = "unsized feet"
     return {
         "cause": cause,
-        "is_file": panel.mesh.kind == "file",
+        "is_file": mesh is not None and mesh.kind == "file",
         "name": names[largest["scenario"]],
         "psd_db": psd_db,
         "rms": rms,

@@ -129,14 +129,14 @@ def _in_modes(
     source: ExcitationSource,
 ) -> CheckedResponses:
     """Return every scenario in the modes of a file, with what their number leaves out."""
-    none = np.zeros((plate.shapes.shape[0], 0))
-    panel = widen(panel, plate, none, source)
+    no_shapes = np.zeros((plate.shapes.shape[0], 0))
+    panel = widen(panel, plate, no_shapes, source)
     plan = plan_cases(panel, scenarios)
     worst = truncation_errors(panel, plan)
     solver = panel.solver()
     cases = plan.solve(solver)
     errors = _mesh_errors(panel, cases, mesh_shifts(panel, scenarios))
-    return CheckedResponses(panel, solver, cases, worst, none, errors)
+    return CheckedResponses(panel, solver, cases, worst, no_shapes, errors)
 
 
 def mesh_shifts(

@@ -38,22 +38,22 @@ def truncation_errors(panel: ResponsePanel, plan: CasePlan) -> Array:
         dropped, margin = np.flatnonzero(basis.is_residual), REMAINING
     mass = basis.modal_mass.copy()
     mass[dropped] *= AT_REST
-    fewer = replace(panel, basis=replace(basis, modal_mass=mass)).solver(rms_only=True)
-    plain, whole = plan.response_alone(), panel.solver(rms_only=True)
-    motions = plan.search(whole)
-    cases = list(zip(plain.solve(whole, motions), plain.solve(fewer, motions), strict=True))
+    truncated = replace(panel, basis=replace(basis, modal_mass=mass)).solver(rms_only=True)
+    quick, complete = plan.response_alone(), panel.solver(rms_only=True)
+    motions = plan.search(complete)
+    cases = list(zip(quick.solve(complete, motions), quick.solve(truncated, motions), strict=True))
     errors = np.zeros(len(cases))
-    for index, (case, other) in enumerate(cases):
+    for index, (case, second) in enumerate(cases):
         responses = [
             answer.response.acceleration_rms
-            for answer in (case.response, other.response)
+            for answer in (case.response, second.response)
             if not isinstance(answer, UnstableDamping)
         ]
         if len(responses) < 2:
             continue
-        rms, few = responses
+        rms, remaining_rms = responses
         moving = rms > 0
-        error = margin * float(np.max(np.abs(few[moving] / rms[moving] - 1), initial=0.0))
+        error = margin * float(np.max(np.abs(remaining_rms[moving] / rms[moving] - 1), initial=0.0))
         if error > LARGEST:
             last = basis.natural_frequency[modes[-1]]
             raise ResponseError(

@@ -28,15 +28,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.plane_mesh import rectangle_corners
 from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.geometry.surface_waves import SurfaceQuadrature
 from pidpanel.sound.outline import OutlineJumps
 from pidpanel.sound.rectangle import RectangleJumps
+from pidpanel.sound.triangles import SurfaceJumps
 from pidpanel.sound.wavenumber_table import (
     FieldError,
     WavenumberTable,
@@ -56,11 +58,26 @@ NODE_ERROR, CHECKED, MORE, ATTEMPTS, LARGEST_ERROR = 3e-4, 9, 1.5, 5, 0.01
 ROUNDING = 1e-9  # of A over its largest eigenvalue
 
 
-# Functions ψ of the jump, in blocks that do not interact.
-Jumps = RectangleJumps | OutlineJumps
+class Jumps(Protocol):
+    """Functions ψ of the jump, in blocks that do not interact."""
+
+    @property
+    def diameter(self) -> float:
+        """L [m]."""
+
+    def couplings(self, panel: Any) -> list[Array]:
+        """Return ∫ ψ φ dA (n, n_shapes) [m²] of the shapes of a quadrature."""
+
+    def waves(self, wavevector: Array) -> list[Complexes]:
+        """Return ∫ ψ exp(−iκ·x) dA (k, n) [m²]; on triangles its normal derivative [m]."""
 
 
-def jumps_of(vertices: Array, cells: Index, wavenumber: float) -> Jumps:
+FlatJumps = RectangleJumps | OutlineJumps
+
+Quadrature = PanelQuadrature | SurfaceQuadrature
+
+
+def jumps_of(vertices: Array, cells: Index, wavenumber: float) -> FlatJumps:
     """Return functions on a panel with this mesh for waves to κ [rad/m], or fewer."""
     corners = rectangle_corners(vertices, cells)
     if corners is None:
@@ -78,7 +95,7 @@ class FreePanel:
     operator: list[WavenumberTable]  # A of each block [m]
 
     @classmethod
-    def of_jumps(cls, jumps: Jumps, wavenumber_max: float, wall: float = np.inf) -> FreePanel:
+    def of_jumps(cls, jumps: FlatJumps, wavenumber_max: float, wall: float = np.inf) -> FreePanel:
         """Tabulate A of functions for 0 ≤ k ≤ k_max [rad/m]."""
         from scipy.special import expn  # slow to import, and a check needs none
 
@@ -114,16 +131,19 @@ class FreePanel:
 
         The angles (nw,) are those of `field.plane_wave_modal_force`; a wall lies behind the panel.
         """
-        direction = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
-        along = wavenumber * np.sin(incidence)[:, None] * direction
-        normal = wavenumber * np.cos(incidence)
-        reflected = 1.0 if np.isinf(self.wall) else 1 - np.exp(-2j * normal * self.wall)
         forces = np.zeros((incidence.size, couplings[0].shape[1]), np.complex128)
-        waves = self.jumps.waves(along)
+        waves = self._slopes(wavenumber * _directions(incidence, azimuth))
         for table, coupling, wave in zip(self.operator, couplings, waves, strict=True):
             operator = table.matrix([wavenumber])[0].conj()
             forces += wave @ np.linalg.solve(operator, coupling)
-        return (-1j * normal * reflected)[:, None] * forces
+        return forces
+
+    def _slopes(self, wavevector: Array) -> list[Complexes]:
+        """Return ∫ ψ ∂p/∂n dA (k, n) [m] of waves κ (k, 3) [rad/m] and of their reflections."""
+        normal = wavevector[:, 2]
+        reflected = 1.0 if np.isinf(self.wall) else 1 - np.exp(-2j * normal * self.wall)
+        factor = (-1j * normal * reflected)[:, None]
+        return [factor * wave for wave in self.jumps.waves(wavevector[:, :2])]
 
     @property
     def length(self) -> float:
@@ -155,6 +175,24 @@ class FreePanel:
                 "the air behind the panel are too sharp: use a lower frequency or a farther wall"
             )
         return nodes, *arrays
+
+
+@dataclass(frozen=True)
+class FreeSurface(FreePanel):
+    """A thin surface of any form with free edges; angles of waves are those from z and x."""
+
+    @classmethod
+    def of_hats(cls, jumps: SurfaceJumps, wavenumber_max: float) -> FreeSurface:
+        """Tabulate A of hats for 0 ≤ k ≤ k_max [rad/m]."""
+        return cls(jumps, wavenumber_max, np.inf, [jumps.operator(wavenumber_max)])
+
+    def _slopes(self, wavevector: Array) -> list[Complexes]:
+        return self.jumps.waves(wavevector)
+
+
+def _directions(incidence: Array, azimuth: Array) -> Array:
+    sine = np.sin(incidence)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(incidence)], axis=1)
 
 
 def _check_signs(at_rest: Array, odd: Array) -> None:
@@ -206,7 +244,7 @@ def _image(gamma: Array | Complexes, wall: float) -> Array | Complexes:
 
 
 def tabulate_diffuse_room(
-    panel: FreePanel, face: PanelQuadrature
+    panel: FreePanel, face: Quadrature
 ) -> tuple[WavenumberTable, WavenumberTable]:
     """Tabulate the load of a diffuse room and the mass of the air for 0 ≤ k ≤ k_max.
 
@@ -226,6 +264,22 @@ def tabulate_diffuse_room(
     return WavenumberTable(k_max, nodes, force, power=2), WavenumberTable(k_max, nodes, volume)
 
 
+def mesh_error(panel: FreeSurface, coarser: FreeSurface, surface: SurfaceQuadrature) -> float:
+    """Return the largest error of a load by the mesh, over the largest load of that shape.
+
+    From a coarser mesh of the same surface, for an error that goes with the edges to 3/2.
+    """
+    tried = panel.wavenumber_max * (np.arange(CHECKED) + 0.5) / CHECKED
+    loads = []
+    for mesh in (panel, coarser):
+        couplings = mesh.jumps.couplings(surface)
+        loads.append([np.diagonal(mesh.impedance(k, couplings)).imag / k**3 for k in tried])
+    fine, coarse = np.array(loads)
+    missed = np.max(np.abs(fine - coarse), axis=0) / np.max(fine, axis=0)
+    ratio = len(panel.operator[0].even[0]) / len(coarser.operator[0].even[0])
+    return float(np.max(missed) / (ratio**0.75 - 1))
+
+
 def plane_wave_force(
     panel: FreePanel, k: float, incidence: float, azimuth: float, couplings: list[Array]
 ) -> Complexes:
@@ -235,7 +289,7 @@ def plane_wave_force(
 
 
 def tabulate_free_plane_wave(
-    panel: FreePanel, face: PanelQuadrature, incidence: float, azimuth: float
+    panel: FreePanel, face: Quadrature, incidence: float, azimuth: float
 ) -> WavenumberTable:
     """Tabulate G = b bᴴ/4 [m⁴] of one plane wave, as that of one of two independent faces.
 

@@ -24,6 +24,7 @@ from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
 from pidpanel.sound.free_edges import (
     FreePanel,
+    FreeSurface,
     jumps_of,
     plane_wave_force,
     tabulate_diffuse_room,
@@ -34,6 +35,7 @@ from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
 from pidpanel.sound.surface import surface_force, tabulate_diffuse_surface
 from pidpanel.sound.surroundings import face_of_modes, mode_accelerations
 from pidpanel.sound.table import read_spectrum
+from pidpanel.sound.triangles import SurfaceJumps
 from pidpanel.sound.wavenumber_table import (
     JoinedTable,
     Table,
@@ -143,7 +145,9 @@ def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Ta
     if panel is not None and panel.wavenumber_max >= k_max:
         return {**tables}
     upper = {MODAL_FORCE: modal_force_table(sound, k_max, shapes)}
-    if air:
+    if air and shapes.quadrature_normal is not None:
+        upper |= _surface_air(sound, tables, k_max)
+    elif air:
         upper |= air_tables(sound, shapes, k_max, air_mass=study.response.air_mass)
     if panel is None:
         return {**upper}
@@ -158,7 +162,7 @@ def _highest(study: Study) -> float:
 def _free_tables(
     sound: Sound, panel: FreePanel, shapes: MovedFace, *, air: bool
 ) -> dict[str, WavenumberTable]:
-    face, tables = PanelQuadrature.from_face(shapes), {}
+    face, tables = _quadrature(shapes), {}
     if sound.field != "diffuse":
         direction = sound.incidence, sound.azimuth
         tables[MODAL_FORCE] = tabulate_free_plane_wave(panel, face, *direction)
@@ -170,13 +174,35 @@ def _free_tables(
     return tables
 
 
+def _quadrature(shapes: MovedFace) -> PanelQuadrature | SurfaceQuadrature:
+    curved = shapes.quadrature_normal is not None
+    return SurfaceQuadrature.from_face(shapes) if curved else PanelQuadrature.from_face(shapes)
+
+
+def _surface_air(
+    sound: Sound, tables: Mapping[str, WavenumberTable], k_max: float
+) -> dict[str, WavenumberTable]:
+    """Return the mass of the air on a curved surface beyond its table [m³]: that at its end."""
+    if ADDED_VOLUME not in tables:
+        message = "must be none in a baffle on a curved surface; set sound.surroundings: free"
+        raise ValueError(f"response.radiation {message}")
+    if sound.field != "diffuse":
+        raise ValueError("field must be diffuse on a curved surface of this size")
+    lower = tables[ADDED_VOLUME]
+    return {ADDED_VOLUME: constant_table(k_max, lower.matrix([lower.wavenumber_max])[0])}
+
+
 def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
     """Return the panel of a study with free edges, which its outline decides; None in a baffle."""
     if not study.acoustics.is_free:
         return None
     # of a condensed face, as a basis has it
     resolved = shapes.quadrature_wavenumber / FACE_MARGIN
-    arrays = (np.ascontiguousarray(a) for a in (shapes.vertex_position, shapes.cells))
+    cells = shapes.cells
+    if shapes.quadrature_normal is not None:
+        resolved = _highest(study)
+        cells = np.concatenate([cells[:, [0, k, k + 1]] for k in range(1, cells.shape[1] - 1)])
+    arrays = (np.ascontiguousarray(a) for a in (shapes.vertex_position, cells))
     outline = tuple((a.tobytes(), a.shape, a.dtype.str) for a in arrays)
     # one for shapes and those that widen them
     return _free_panel(outline, float(f"{resolved:.9g}"), _highest(study), study.acoustics.wall)
@@ -185,6 +211,11 @@ def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
 @lru_cache(maxsize=1)
 def _free_panel(outline: Outline, resolved: float, k_max: float, wall: float) -> FreePanel:
     vertices, cells = (np.frombuffer(a, kind).reshape(shape) for a, shape, kind in outline)
+    if vertices.shape[1] == 3:
+        if np.isfinite(wall):
+            raise ValueError("surroundings: a wall is only allowed behind a flat structure")
+        hats = SurfaceJumps.of_surface(vertices, cells, resolved)
+        return FreeSurface.of_hats(hats, min(k_max, hats.wavenumber))
     jumps = jumps_of(vertices, cells, resolved)
     return FreePanel.of_jumps(jumps, min(k_max, jumps.wavenumber), wall)
 
@@ -225,10 +256,7 @@ def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array |
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table."""
     sound = study.acoustics
     k = float(field.wavenumber(frequency, sound.speed_m_s))
-    if shapes.quadrature_normal is not None:
-        surface = SurfaceQuadrature.from_face(shapes)
-        return surface_force(k, surface) if sound.field == "diffuse" else _uniform_force(surface)
-    face = PanelQuadrature.from_face(shapes)
+    face = _quadrature(shapes)
     panel = free_panel(study, shapes)
     if panel is None:
         return _baffled_force_at(sound, k, shapes, face)
@@ -240,8 +268,10 @@ def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array |
 
 
 def _baffled_force_at(
-    sound: Sound, k: float, shapes: MovedFace, face: PanelQuadrature
+    sound: Sound, k: float, shapes: MovedFace, face: PanelQuadrature | SurfaceQuadrature
 ) -> Array | Complexes:
+    if isinstance(face, SurfaceQuadrature):
+        return surface_force(k, face) if sound.field == "diffuse" else _uniform_force(face)
     match sound.field:
         case "diffuse":
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
@@ -255,7 +285,7 @@ def _baffled_force_at(
 
 
 def _free_force_at(
-    sound: Sound, k: float, panel: FreePanel, face: PanelQuadrature
+    sound: Sound, k: float, panel: FreePanel, face: PanelQuadrature | SurfaceQuadrature
 ) -> Array | Complexes:
     couplings = panel.jumps.couplings(face)
     if sound.field == "diffuse":

@@ -102,7 +102,7 @@ class AnyStructure(ABC):
         """(n_points, 3) [m]."""
 
     @abstractmethod
-    def solved(
+    def solve(
         self, mesh: PanelMesh, highest: float, damper_mass: dict[str, float]
     ) -> SolvedStructure:
         """Return the basis for responses up to a frequency [Hz].
@@ -156,6 +156,10 @@ class AnyStructure(ABC):
     def wave_shift(self, *_: float, strain: object = None) -> float:
         """Return 0: the basis knows what the mesh does to the modes, where it is known."""
         return 0.0
+
+    def cause_of_shift(self, _edge: float, _frequency: float) -> str:
+        """Return that waves are long over the elements: nothing else is known."""
+        return "waves"
 
     def point_refinement_error(self, _highest: float) -> float:
         """Return 0, likewise."""

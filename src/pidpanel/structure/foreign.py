@@ -62,8 +62,8 @@ class ForeignStructure(AnyStructure):
     def _group(self, name: str, keys: tuple[str, ...]) -> Index:
         groups = self.model.groups
         if name not in groups:
-            known = ", ".join(sorted(groups)[:20]) or "none"
-            raise StructureRefused(keys, f"no group {name}; the file has {known}")
+            names_text = ", ".join(sorted(groups)[:20]) or "none"
+            raise StructureRefused(keys, f"no group {name}; the file has {names_text}")
         return groups[name]
 
     @cached_property
@@ -157,7 +157,7 @@ class ForeignStructure(AnyStructure):
         pairs = zip(modes, added, strict=True)
         return ResidualVectors(*(np.concatenate(pair, axis=-1) for pair in pairs))
 
-    def solved(
+    def solve(
         self, mesh: PanelMesh, highest: float, damper_mass: dict[str, float]
     ) -> SolvedStructure:
         """Return the basis: all modes of the file, whatever the frequency and the dampers."""

@@ -90,8 +90,8 @@ def _foreign(
         )  # fmt: skip
     except ValueError as error:
         raise StructureRefused(("modes", "file"), str(error)) from error
-    rest = section.surface, section.outward, modes.pressures
-    return ForeignStructure(areas, points, model, mass, *rest)
+    further = section.surface, section.outward, modes.pressures
+    return ForeignStructure(areas, points, model, mass, *further)
 
 
 def _drawn(
@@ -195,9 +195,13 @@ def write_panel(study: Study, output: Files) -> None:
     highest, size = study.response.frequency_hz[1], None
     if isinstance(study.panel, Structure):
         structure = structure_of(study.panel)
-        solved = structure.solved(structure.mesh(output.mesh), highest, study.damper_masses())
-        basis, stored, mass = solved.basis, solved.plate.with_shapes(solved.vectors), solved.mass
-        section = getattr(solved.plate, "section", None)  # none of modes from a file
+        solution = structure.solve(structure.mesh(output.mesh), highest, study.damper_masses())
+        basis, stored, mass = (
+            solution.basis,
+            solution.plate.with_shapes(solution.vectors),
+            solution.mass,
+        )
+        section = getattr(solution.plate, "section", None)  # none of modes from a file
     else:
         panel = StudiedPanel(study.panel)
         basis, stored = _solved_panel(study, panel, output.mesh)
@@ -218,8 +222,8 @@ def _solved_panel(study: Study, panel: StudiedPanel, path: Path) -> tuple[PanelB
     mesh = panel.mesh(path, panel.patch_sizes(highest, study.damper_masses(with_rows=True)))
     plate = panel.plate(mesh)
     shapes = panel_shapes(plate, MODES_BEYOND * highest, damper_mass=study.damper_masses())
-    held = panel.supports if panel.panel.in_plane_edges == "held" else None
-    stretching = panel_stretching(mesh, plate, shapes, lowest, held)
+    held_edges = panel.supports if panel.panel.in_plane_edges == "held" else None
+    stretching = panel_stretching(mesh, plate, shapes, lowest, held_edges)
     return basis_of(mesh, plate, shapes), plate.with_shapes(shapes.vectors, stretching)
 
 

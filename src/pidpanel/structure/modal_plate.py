@@ -17,8 +17,6 @@ from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.shapes import Shapes
 from pidpanel.structure.surface import Surface
 
-TANGENTIAL = 1e-3  # largest w over the largest displacement of a shape along the surface
-
 
 def modal_plate(
     surface: Surface,
@@ -47,7 +45,7 @@ def modal_plate(
         surface.vertices, corners if corners.shape[1] == 4 else corners[:, [0, 1, 2, 2]]
     )
     normal = quadrature.normal_displacement(displacement)
-    none = sp.csr_array((len(surface.vertices), n))
+    no_motion = sp.csr_array((len(surface.vertices), n))
     unheld = sp.csr_array((0, n))
     return PlateMatrices(
         stiffness=sp.csr_array(sp.diags_array(modal_mass * (2 * np.pi * frequency) ** 2)),
@@ -56,8 +54,8 @@ def modal_plate(
             name: sp.csr_array(quadrature.overlap(normal, cells)) for name, cells in patches.items()
         },
         at_vertices=sp.csr_array(np.einsum("vdn,vd->vn", displacement, surface.vertex_normal)),
-        curvature_at_vertices=(none,) * 3,
-        shear_at_vertices=(none,) * 2,
+        curvature_at_vertices=(no_motion,) * 3,
+        shear_at_vertices=(no_motion,) * 2,
         at_points=sp.csr_array(np.einsum("pdn,pd->pn", displacement[points], point_direction)),
         point_weight=sp.csr_array((len(points), len(surface.vertices))),
         quadrature_position=quadrature.position,
@@ -73,14 +71,13 @@ def modal_plate(
 def modal_shapes(
     plate: PlateMatrices, displacement: Array, frequency: Array, is_residual: Flags
 ) -> Shapes:
-    """Return the coordinates as shapes with max |w| = 1 over the vertices, positive there.
+    """Return the coordinates as shapes with a largest displacement (n_vertices, 3, n) of 1.
 
-    One that moves along the surface has a largest displacement (n_vertices, 3, n) of 1.
+    w is positive where it is largest.
     """
     normal = plate.at_vertices.toarray()
     peak = normal[np.abs(normal).argmax(axis=0), np.arange(normal.shape[1])]
-    whole = np.sqrt((displacement**2).sum(axis=1).max(axis=0))
-    peak = np.where(np.abs(peak) < TANGENTIAL * whole, whole, peak)
+    size = np.sqrt((displacement**2).sum(axis=1).max(axis=0)) * np.where(peak < 0, -1, 1)
     order = np.lexsort((frequency, is_residual))
     count = int(np.count_nonzero(~is_residual))
-    return Shapes(frequency[order][:count], frequency[order][count:], np.diag(1 / peak)[:, order])
+    return Shapes(frequency[order][:count], frequency[order][count:], np.diag(1 / size)[:, order])

@@ -54,8 +54,8 @@ class ShellStructure(AnyStructure):
             where = ("patches", name)
             if isinstance(area, str):
                 if area not in mesh.part_cells:
-                    known = ", ".join(mesh.part_cells)
-                    raise StructureRefused(where, f"no part {area}; must be one of {known}")
+                    names_text = ", ".join(mesh.part_cells)
+                    raise StructureRefused(where, f"no part {area}; must be one of {names_text}")
                 patches[name] = mesh.part_cells[area]
                 continue
             try:
@@ -113,7 +113,7 @@ class ShellStructure(AnyStructure):
             raise StructureRefused(("shell", "size_m"), message)
         super().check(highest, damper_mass)
 
-    def solved(
+    def solve(
         self, mesh: PanelMesh, highest: float, damper_mass: dict[str, float]
     ) -> SolvedStructure:
         """Return the basis with modes to twice the frequency, and what the dampers need."""
@@ -124,9 +124,9 @@ class ShellStructure(AnyStructure):
         shapes = panel_shapes(shell, MODES_BEYOND * highest, damper_mass=damper_mass)
         shift = frequency_shifts(self.shell, self.layup, self.attached, frequency=shapes.frequency)
         plate = in_plane(self, shell)
-        beyond = np.full(len(shapes.residual_frequency), shift.max(initial=0.0))
+        residual_shift = np.full(len(shapes.residual_frequency), shift.max(initial=0.0))
         basis = replace(
-            basis_of(mesh, plate, shapes), frequency_shift=np.concatenate([shift, beyond])
+            basis_of(mesh, plate, shapes), frequency_shift=np.concatenate([shift, residual_shift])
         )
         return SolvedStructure(basis, plate, shapes.vectors, shell.total_mass)
 
@@ -143,9 +143,9 @@ class ShellStructure(AnyStructure):
         rows = shell.at_points
         if is_stated.any() and shell.displacement is not None:
             motion = shell.displacement(self.point_position)
-            along = sum(sp.diags_array(direction[:, k]) @ motion[k] for k in range(3))
+            stated = sum(sp.diags_array(direction[:, k]) @ motion[k] for k in range(3))
             keep, take = sp.diags_array(1.0 - is_stated), sp.diags_array(1.0 * is_stated)
-            rows = sp.csr_array(keep @ rows + take @ along)
+            rows = sp.csr_array(keep @ rows + take @ stated)
         return replace(shell, at_points=rows, point_direction=direction)
 
 

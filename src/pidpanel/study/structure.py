@@ -101,6 +101,7 @@ class Structure(SectionModel):
     size: ClassVar[None] = None
     single_points: ClassVar[tuple[str, ...]] = ()
     in_plane_edges: ClassVar[str] = "free"
+    corner_size: ClassVar[None] = None
     support_input: ClassVar = SupportsInput(outline="clamped")
 
     def mistakes(self) -> Iterator[Mistake]:
