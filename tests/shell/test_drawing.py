@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.section import SolidSection
 from pidpanel.shell.assembly import assemble_shell
 from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
-from pidpanel.shell.resolution import element_size, frequency_shifts
+from pidpanel.shell.resolution import element_size, frequency_shifts, smallest_radius
 from pidpanel.shell.selections import Box, Prism, Ring, Sphere
 from pidpanel.shell.strains import Layup
 from tests.shells import SANDWICH
@@ -84,6 +85,23 @@ def test_panels_of_a_box_share_their_edges():
     )
     assert outward.min() > 0.1
     assert np.sum(normal_modes(shell, 10.0, 8)[0] == 0) == 6  # one piece
+
+
+def test_the_smallest_radius_is_that_of_the_surface_and_shortens_elements():
+    cylinder, flat = (
+        mesh_surface(draw, 0.3)
+        for draw in (
+            cylinder_panel(0.7, 0.5, 0.4),
+            flat_panels({"a": [(0, 0, 1), (1, 0, 1), (0, 1, 1)]}),
+        )
+    )
+    assert smallest_radius(cylinder) == pytest.approx(0.7, rel=5e-3)
+    assert np.isinf(smallest_radius(flat))
+    thin = Layup(SolidSection(70e9, 0.3, 2700.0, 0.5e-3))
+    assert element_size(thin, 30.0, 0.7) == pytest.approx(3 * np.sqrt(0.7 * 0.5e-3), rel=1e-6)
+    # k of a thin plate, k⁴ = m″ω²/D
+    k = (2700 * 0.5e-3 * (2 * np.pi * 30) ** 2 * 12 * 0.91 / (70e9 * 0.5e-3**3)) ** 0.25
+    assert element_size(thin, 30.0) == pytest.approx(0.35 * 2 * np.pi / k, rel=1e-3)
 
 
 def test_the_error_of_a_mesh_is_stated_and_falls_with_its_size():
