@@ -10,9 +10,9 @@ from pidpanel.shell.attachments import Hinge, PointMass, RigidFoot, ShellSupport
 from pidpanel.shell.drawing import flat_panels, mesh_surface
 from pidpanel.shell.selections import Box, Line, Sphere
 from pidpanel.shell.strains import Layup
-from tests.shells import ALUMINIUM, SANDWICH, grid, plane
+from tests.shells import ALUMINIUM, RHO, SANDWICH, E, grid, plane, stiffened
 
-E, G, RHO = 70e9, ALUMINIUM.G12, 2700.0
+G = ALUMINIUM.G12
 STIFF = SolidSection(7e12, 0.3, 1000.0, 10e-3)  # 10 kg/m², hardly bends
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 
@@ -63,32 +63,6 @@ def test_a_mass_lowers_a_mode_by_its_share_of_the_kinetic_energy():
     shape = (bare.at_points @ modes)[0]
     share = mass * shape**2 / np.einsum("ki,ki->i", modes, bare.mass @ modes)
     assert np.allclose(1 - lower / frequency, share / 2, rtol=1e-3, atol=1e-9)
-
-
-def stiffened(height, thickness, blades, held):
-    """Frequencies of a panel with blades: as shells with T-joints, and as beams."""
-    panel = {"p": [(0, 0, 0), (0.6, 0, 0), (0.6, 0.4, 0), (0, 0.4, 0)]}
-    walls = {
-        f"b{y}": [(0, y, 0), (0.6, y, 0), (0.6, y, height), (0, y, height)] for y in blades
-    }  # fmt: skip
-    layup = {"p": Layup(SolidSection(E, 0.3, RHO, 2e-3))}
-    blade = Layup(SolidSection(E, 0.3, RHO, thickness))
-    shells = mesh_surface(flat_panels(panel | walls), 0.1)
-    lines = [Line((0, y, 0), (0.6, y, 0)) for y in blades]
-    beams = {
-        f"s{k}": Stiffener(
-            line, E, G, RHO, thickness * height, thickness * height**3 / 12,
-            height * thickness**3 / 3, height / 2,
-        )
-        for k, line in enumerate(lines)
-    }  # fmt: skip
-    return [
-        normal_modes(shell, 300.0)[0]
-        for shell in (
-            assemble_shell(shells, layup | dict.fromkeys(walls, blade), held),
-            assemble_shell(mesh_surface(flat_panels(panel), 0.1, lines), layup["p"], held | beams),
-        )
-    ]
 
 
 @pytest.mark.parametrize("is_held", [False, True])

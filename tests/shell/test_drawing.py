@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from pidpanel.panel.modes import normal_modes
+from pidpanel.panel.section import SolidSection
 from pidpanel.shell.assembly import assemble_shell
 from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
-from pidpanel.shell.resolution import element_size, frequency_shifts
-from pidpanel.shell.selections import Box, Ring, Sphere
+from pidpanel.shell.resolution import element_size, frequency_shifts, smallest_radius
+from pidpanel.shell.selections import Box, Prism, Ring, Sphere
 from pidpanel.shell.strains import Layup
 from tests.shells import SANDWICH
 
@@ -49,6 +50,24 @@ def test_a_whole_paraboloid_and_a_cylinder_panel_have_their_areas_and_boxes():
     assert area[mesh.patch_cells["b"]].sum() == pytest.approx(0.4 * 2 * np.arcsin(0.2), rel=1e-6)
 
 
+def test_elements_follow_a_polygon_that_is_projected():
+    square = ((0.2, 0.0, 0.0), (0.4, 0.0, 0.0), (0.4, 0.2, 0.0), (0.2, 0.2, 0.0))
+    prism = Prism(square, (0.0, 0.0, 1.0))
+    mesh = mesh_surface(paraboloid(1.2, 0.48, 0.24), 0.2, [prism]).with_names({"P": prism}, {})
+    shell = assemble_shell(mesh, Layup(SANDWICH))
+    area = shell.quadrature_weight.reshape(len(mesh.cells), -1).sum(axis=1)
+    x, y = np.meshgrid(0.2 + 0.2 * (np.arange(400) + 0.5) / 400, 0.2 * (np.arange(400) + 0.5) / 400)
+    exact = 0.04 * np.sqrt(1 + (x**2 + y**2) / (4 * 0.48**2)).mean()
+    assert area[mesh.patch_cells["P"]].sum() == pytest.approx(exact, rel=1e-5)
+
+
+def test_parts_that_overlap_are_refused():
+    a = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    b = [(x + 0.5, y, z) for x, y, z in a]
+    with pytest.raises(ValueError, match="b and a overlap"):
+        mesh_surface(flat_panels({"a": a, "b": b}), 0.5)
+
+
 def test_panels_of_a_box_share_their_edges():
     a, b, c = 0.5, 0.4, 0.3
     sides = {
@@ -66,6 +85,23 @@ def test_panels_of_a_box_share_their_edges():
     )
     assert outward.min() > 0.1
     assert np.sum(normal_modes(shell, 10.0, 8)[0] == 0) == 6  # one piece
+
+
+def test_the_smallest_radius_is_that_of_the_surface_and_shortens_elements():
+    cylinder, flat = (
+        mesh_surface(draw, 0.3)
+        for draw in (
+            cylinder_panel(0.7, 0.5, 0.4),
+            flat_panels({"a": [(0, 0, 1), (1, 0, 1), (0, 1, 1)]}),
+        )
+    )
+    assert smallest_radius(cylinder) == pytest.approx(0.7, rel=5e-3)
+    assert np.isinf(smallest_radius(flat))
+    thin = Layup(SolidSection(70e9, 0.3, 2700.0, 0.5e-3))
+    assert element_size(thin, 30.0, 0.7) == pytest.approx(3 * np.sqrt(0.7 * 0.5e-3), rel=1e-6)
+    # k of a thin plate, k⁴ = m″ω²/D
+    k = (2700 * 0.5e-3 * (2 * np.pi * 30) ** 2 * 12 * 0.91 / (70e9 * 0.5e-3**3)) ** 0.25
+    assert element_size(thin, 30.0) == pytest.approx(0.35 * 2 * np.pi / k, rel=1e-3)
 
 
 def test_the_error_of_a_mesh_is_stated_and_falls_with_its_size():

@@ -15,7 +15,19 @@ from pidpanel.shell.drawing import cylinder_panel, mesh_surface, paraboloid
 from pidpanel.shell.resolution import element_size, frequency_shifts
 from pidpanel.shell.selections import Ring, Sphere
 from pidpanel.shell.strains import Layup
-from tests.shells import ALUMINIUM, FACE, SANDWICH, X, Y, Z, grid, mirror, on_cylinder, plane
+from tests.shells import (
+    ALUMINIUM,
+    FACE,
+    SANDWICH,
+    X,
+    Y,
+    Z,
+    grid,
+    mirror,
+    on_cylinder,
+    plane,
+    stiffened,
+)
 
 pytestmark = [pytest.mark.verification, pytest.mark.slow]
 METHOD = "degenerated shell of order 4, {} triangles"
@@ -185,4 +197,17 @@ def test_cylinder_panels_vibrate_as_in_the_closed_form(record, name):
             case=f"Cylinder panel, {name}, R = {radius:g} m, {length:g} m × {arc:g} m, supported",
             method=METHOD.format(len(mesh.cells)),
             source="sin and cos with sheared normals, integrated through the thickness",
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("height", [0.01, 0.02])
+def test_a_stiffened_panel_vibrates_as_one_with_blades_of_shells(record, height):
+    shells, beams = stiffened(height, 0.002, (0.1, 0.3), {})
+    rigid = np.sum(shells == 0)
+    for mode in range(rigid, 14):
+        record(
+            f"frequency of mode {mode - rigid + 1}", beams[mode], shells[mode], unit="Hz",
+            tolerance=0.003, method="beams with an offset along edges of shells of order 4",
+            case=f"Free panel of 0.6 m × 0.4 m × 2 mm with two blades of {1e3 * height:g} mm × 2 mm",
+            source="blades as shells with T-joints",
         )  # fmt: skip

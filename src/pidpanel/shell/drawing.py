@@ -12,10 +12,11 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.mesh import gmsh_session
 from pidpanel.shell.mesh import UPWARD, ShellMesh
-from pidpanel.shell.selections import Box, Line, Place, Ring, Selection, Sphere
+from pidpanel.shell.selections import Box, Line, Place, Prism, Ring, Selection, Sphere
 
 ORDERS = {2: 1, 9: 2, 21: 3, 23: 4}  # order of gmsh's triangles by the number of their kind
 MOST = 50_000  # elements
+REACH = 100.0  # of what is projected, from the origin or from its centre [m]
 ROUND = 8  # least number of elements round a circle
 Tags = list[tuple[int, int]]
 Drawing = Callable[[], Mapping[str, Tags]]  # draws with gmsh's OCC; surfaces of each part by name
@@ -81,7 +82,6 @@ def mesh_surface(
     size: float,
     imprints: Iterable[Selection] = (),
     *,
-    sizes: Mapping[Selection, float] | None = None,
     order: int = 4,
     outward: Place = UPWARD,
 ) -> ShellMesh:
@@ -93,8 +93,6 @@ def mesh_surface(
         Length of the edges of elements [m].
     imprints
         Selections whose edges elements follow.
-    sizes
-        Shorter edges [m] within selections.
     """
     with gmsh_session():
         parts = _fragmented(draw(), list(imprints))
@@ -104,7 +102,10 @@ def mesh_surface(
                 f"{area:.3g} m² in edges of {size:g} m need {count:.2g} elements;"
                 f" allowed are {MOST}"
             )
-        _set_sizes(size, sizes or {})
+        for option in ("FromPoints", "ExtendFromBoundary"):
+            gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", ROUND)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(order)
         return read_surface(parts, outward)
@@ -147,43 +148,38 @@ def _fragmented(parts: Mapping[str, Tags], imprints: Sequence[Selection]) -> dic
     pieces = [[tag] for tag in surfaces]
     if len(surfaces) + len(tools) > 1:
         _, pieces = occ.fragment(surfaces, tools)
-    cut, following = {}, iter(pieces)
+    cut: dict[str, Tags] = {}
+    owner: dict[tuple[int, int], str] = {}
+    following = iter(pieces)
     for name, tags in parts.items():
         cut[name] = sorted({tag for _ in tags for tag in next(following) if tag[0] == 2})
-    wanted = {tag for tags in cut.values() for tag in tags}
+        if double := [tag for tag in cut[name] if owner.setdefault(tag, name) != name]:
+            raise ValueError(f"{name} and {owner[double[0]]} overlap; each place needs one part")
     occ.remove(occ.getEntities(3))
-    occ.remove([tag for tag in occ.getEntities(2) if tag not in wanted], recursive=True)
+    occ.remove([tag for tag in occ.getEntities(2) if tag not in owner], recursive=True)
     occ.synchronize()
     return cut
 
 
 def _drawn(imprint: Selection) -> Tags:
-    """Draw the outline of a selection: volumes, or a line."""
+    """Draw the outline of a selection: volumes, or a line. A box without thickness has none."""
     occ = gmsh.model.occ
     if isinstance(imprint, Box):
-        edges = np.subtract(imprint.high, imprint.low)
-        return [(3, occ.addBox(*imprint.low, *edges))]
+        low, high = np.clip([imprint.low, imprint.high], -REACH, REACH)
+        return [(3, occ.addBox(*low, *(high - low)))] if (high > low).all() else []
     if isinstance(imprint, Sphere):
         return [(3, occ.addSphere(*imprint.centre, imprint.radius))]
     if isinstance(imprint, Line):
         return [(1, occ.addLine(*(occ.addPoint(*end) for end in (imprint.start, imprint.end))))]
     if isinstance(imprint, Ring):
-        reach = 10 * np.array(imprint.axis) / np.linalg.norm(imprint.axis) * imprint.outer
-        base = imprint.centre - reach
-        radii = {imprint.inner, imprint.outer} - {0.0}
-        return [(3, occ.addCylinder(*base, *(2 * reach), radius)) for radius in sorted(radii)]
+        reach = REACH * np.array(imprint.axis) / np.linalg.norm(imprint.axis)
+        ends = *(imprint.centre - reach), *(2 * reach)
+        radii = sorted({imprint.inner, imprint.outer} - {0.0})
+        return [(3, occ.addCylinder(*ends, radius)) for radius in radii]
+    if isinstance(imprint, Prism):
+        reach = REACH * np.array(imprint.along) / np.linalg.norm(imprint.along)
+        corners = np.array(imprint.corners)
+        corners = corners - np.outer(1 + corners @ reach / REACH**2, reach)
+        base = flat_panels({"": corners.tolist()})()[""]
+        return [tag for tag in occ.extrude(base, *(2 * reach)) if tag[0] == 3]
     return []
-
-
-def _set_sizes(size: float, sizes: Mapping[Selection, float]) -> None:
-    """Set the length of edges, and shorter ones within selections."""
-    for option in ("MeshSizeFromPoints", "MeshSizeExtendFromBoundary"):
-        gmsh.option.setNumber(f"Mesh.{option}", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", ROUND)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-    if sizes:
-        gmsh.model.mesh.setSizeCallback(
-            lambda _dim, _tag, x, y, z, _size: min(
-                [size, *(s for where, s in sizes.items() if where.contains(np.array([x, y, z])))]
-            )
-        )

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import shapely
 
 from pidpanel.arrays import Array, Flags
 
@@ -72,3 +73,35 @@ class Line:
         arm, step = position - np.array(self.start), np.subtract(self.end, self.start)
         share = np.clip(arm @ step / (step @ step), 0.0, 1.0)
         return np.asarray(np.linalg.norm(arm - share[..., None] * step, axis=-1) <= slack)
+
+
+@dataclass(frozen=True)
+class Prism:
+    """What lies within a polygon that is projected along a direction."""
+
+    corners: tuple[Place, ...]
+    along: Place
+
+    def contains(self, position: Array, slack: float = 0.0) -> Flags:
+        """Return whether positions (..., 3) lie within the polygon as they are projected."""
+        plane = plane_axes(np.array(self.along))
+        outline = shapely.Polygon(np.array(self.corners) @ plane).buffer(slack)
+        return np.asarray(shapely.contains_xy(outline, *np.moveaxis(position @ plane, -1, 0)))
+
+
+def plane_axes(normal: Array) -> Array:
+    """Return two unit vectors across a direction as columns (3, 2).
+
+    The first is nearest to x, or to y where the direction is near x; both and the direction are
+    right-handed.
+
+    Examples
+    --------
+    >>> plane_axes(np.array([0.0, 0.0, 2.0])).T.tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+    unit = np.asarray(normal, np.float64) / np.linalg.norm(normal)
+    start = np.eye(3)[1 if abs(unit[0]) > 0.9 else 0]
+    first = start - (start @ unit) * unit
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(unit, first)], axis=1)

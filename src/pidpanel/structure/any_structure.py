@@ -17,8 +17,8 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.supports import Supports
-from pidpanel.shell.selections import Place, Selection
-from pidpanel.structure.surface import Surface, plane_axes
+from pidpanel.shell.selections import Place, Selection, plane_axes
+from pidpanel.structure.surface import Surface
 
 FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat
 

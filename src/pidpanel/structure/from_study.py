@@ -27,14 +27,14 @@ from pidpanel.shell.attachments import (
 )
 from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
 from pidpanel.shell.mesh import UPWARD, ShellMesh
-from pidpanel.shell.selections import Box, Line, Ring, Selection, Sphere
+from pidpanel.shell.selections import Box, Line, Prism, Ring, Selection, Sphere
 from pidpanel.shell.strains import Layup
 from pidpanel.shell.surface_files import read_surface_file
 from pidpanel.solve.base_motion import UNIT, Translation
 from pidpanel.structure.any_structure import AnyStructure, Observation, StructureRefused
 from pidpanel.structure.foreign import ForeignStructure
 from pidpanel.structure.shelled import ShellStructure, imprints
-from pidpanel.structure.surface import Prism, Surface
+from pidpanel.structure.surface import Surface
 from pidpanel.study import Study
 from pidpanel.study.panel import Panel
 from pidpanel.study.places import SurfaceArea

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import shapely
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.shell.selections import Place
+from pidpanel.shell.selections import plane_axes
 
 
 @dataclass(frozen=True)
@@ -57,38 +56,6 @@ class Surface:
         used = np.unique(self.cells)
         distance = np.linalg.norm(self.vertices[used] - position, axis=1)
         return int(used[distance.argmin()]), float(distance.min())
-
-
-@dataclass(frozen=True)
-class Prism:
-    """What lies within a polygon that is projected along a direction; see `shell.selections`."""
-
-    corners: tuple[Place, ...]
-    along: Place
-
-    def contains(self, position: Array, slack: float = 0.0) -> Flags:
-        """Return whether positions (..., 3) lie within the polygon as they are projected."""
-        plane = plane_axes(np.array(self.along))
-        outline = shapely.Polygon(np.array(self.corners) @ plane).buffer(slack)
-        return np.asarray(shapely.contains_xy(outline, *np.moveaxis(position @ plane, -1, 0)))
-
-
-def plane_axes(normal: Array) -> Array:
-    """Return two unit vectors across a direction as columns (3, 2).
-
-    The first is nearest to x, or to y where the direction is near x; both and the direction are
-    right-handed.
-
-    Examples
-    --------
-    >>> plane_axes(np.array([0.0, 0.0, 2.0])).T.tolist()
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    """
-    unit = np.asarray(normal, np.float64) / np.linalg.norm(normal)
-    start = np.eye(3)[1 if abs(unit[0]) > 0.9 else 0]
-    first = start - (start @ unit) * unit
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(unit, first)], axis=1)
 
 
 def flattened(basis: PanelBasis) -> PanelBasis:
