@@ -74,7 +74,7 @@ def study_page() -> str:
     titles = {name: _title(name, ways, models[name]) for name, ways in _ways(models).items()}
     anchors = {name: _slug(title) for name, title in titles.items()}
     for name, title in titles.items():
-        with_panel = schema["then"]["required"] if name == "Study" else []
+        with_panel = ["panel"] if name == "Study" else []
         lines += _section(name, title, models[name], anchors, with_panel)
     return "\n".join(lines).rstrip() + "\n"
 

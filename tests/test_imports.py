@@ -20,7 +20,7 @@ STAGES = (
     "report",
 )
 SHARED = {"atlas", "geometry", "spectra", "study"}
-UPSTREAM = {"coupon", "damping", "panel", "sound", "solve"} | SHARED
+UPSTREAM = {"coupon", "damping", "panel", "sound", "solve", "structure"} | SHARED
 ALLOWED = {
     "atlas": set(),
     "geometry": set(),
@@ -33,6 +33,7 @@ ALLOWED = {
     "shell": SHARED | {"panel"},
     "sound": SHARED,
     "solve": {"geometry", "panel", "spectra"},
+    "structure": SHARED | {"panel", "shell", "modal_files", "solve"},
     "response": UPSTREAM,
     "base": UPSTREAM | {"response"},
     "coupled": UPSTREAM,

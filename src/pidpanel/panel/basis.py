@@ -113,7 +113,9 @@ def values_of(plate: PlateMatrices, shapes: Shapes) -> dict[str, Any]:
         "quadrature_weight": plate.quadrature_weight,
         "shape_at_quadrature": at_quadrature,
         "quadrature_wavenumber": np.inf,
-        "quadrature_normal": plate.quadrature_normal,
+        "quadrature_normal": plate.quadrature_normal
+        if plate.quadrature_position.shape[1] == 3
+        else None,
         "face_overlap": root.T @ root,
         "shape_at_vertices": at_vertices,
         "curvature_at_vertices": curvature,

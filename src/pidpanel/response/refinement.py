@@ -166,15 +166,15 @@ def mode_shifts(basis: PanelBasis, modes: LoadedModes, mass: Array, wave_shift: 
     motion = basis.shape_at_vertices @ modes.shape
     area = np.abs(cell_areas(basis.vertex_position, basis.cells))
     energy = area[:, None] * np.mean(motion[basis.cells] ** 2, axis=1)
-    strains: list[BoundaryStrain | None] = [None] * len(modes.frequency)
-    if basis.quadrature_normal is None:  # of a plate
-        parts = zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
-        strains = [BoundaryStrain(*of_mode) for of_mode in parts]
     if basis.frequency_shift is not None:  # mode by mode, the mass of dampers left out
         natural = basis.natural_frequency[~basis.is_residual]
         rise = np.maximum.accumulate(basis.frequency_shift[: len(natural)])
         shift = np.interp(modes.frequency, natural, rise)
         return np.tile(shift / MARGIN, (1 + len(mass), 1))
+    strains: list[BoundaryStrain | None] = [None] * len(modes.frequency)
+    if basis.quadrature_normal is None:  # of a plate
+        parts = zip(*edge_curvature(basis, modes), foot_bending(basis, modes), strict=True)
+        strains = [BoundaryStrain(*of_mode) for of_mode in parts]
     rows = []
     for cells, extra in zip(
         (slice(None), *basis.cell_in_patch), (0.0, *mass.tolist()), strict=True

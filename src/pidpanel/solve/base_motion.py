@@ -82,9 +82,9 @@ def inertia_of(
     translation: Translation = UNIT,
 ) -> Inertia:
     """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
-    along = translation.quadrature
-    integrals = integrals_of_shapes(basis, plate, along).T @ vectors.astype(np.float64)
-    square = np.broadcast_to(np.square(along), len(plate.quadrature_weight))
+    cosine = translation.quadrature
+    integrals = integrals_of_shapes(basis, plate, cosine).T @ vectors.astype(np.float64)
+    square = np.broadcast_to(np.square(cosine), len(plate.quadrature_weight))
     areas = _patch_weights(basis, plate)[:-1] @ square
     mean = plate.inertia @ vectors, mass, integrals[:-1], areas, integrals[-1]
     return Inertia(*mean, translation)

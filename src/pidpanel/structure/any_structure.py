@@ -171,4 +171,4 @@ def in_plane(structure: AnyStructure, plate: PlateMatrices) -> PlateMatrices:
     if structure.plane is None:
         return plate
     position = structure.placed(plate.quadrature_position)
-    return replace(plate, quadrature_position=position, quadrature_normal=None)
+    return replace(plate, quadrature_position=position)

@@ -240,10 +240,12 @@ def read_moved_panel(study: Study, files: Files) -> tuple[PanelBasis, StoredPlat
         return basis, plate, UNIT
     direction = np.array((study.base and study.base.direction) or (0.0, 0.0, 1.0))
     direction = direction / np.linalg.norm(direction)
-    surface = Surface(basis.vertex_position, basis.cells)
+    vertex_normal = plate.quadrature_normal[:1]  # of a flat structure
+    if basis.quadrature_normal is not None:
+        vertex_normal = Surface(basis.vertex_position, basis.cells).vertex_normal
     translation = Translation(
         plate.point_direction @ direction,
-        surface.vertex_normal @ direction,
+        np.broadcast_to(vertex_normal @ direction, len(basis.vertex_position)),
         plate.quadrature_normal @ direction,
     )
     return basis, replace(plate, inertia=plate.participation @ direction), translation

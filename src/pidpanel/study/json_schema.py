@@ -15,6 +15,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
 from pidpanel.study.coupon_study import CouponStudy
+from pidpanel.study.structure import KEY
 from pidpanel.study.study import Study
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -65,18 +66,25 @@ def study_schema() -> dict[str, Any]:
 
     Examples
     --------
-    >>> sorted(study_schema()["then"]["required"])
-    ['panel']
+    >>> study_schema()["then"]["anyOf"]
+    [{'required': ['sound']}, {'required': ['base']}]
     """
     schema = Study.model_json_schema(schema_generator=_Plain)
+    panel, structure = schema["properties"]["panel"].pop("oneOf")
+    schema["properties"]["panel"] |= panel
+    meaning = {"description": "A structure of any shape in place of the panel."}
+    schema["properties"][KEY] = structure | meaning
+    schema["$defs"]["Structure"]["properties"].pop("kind")
     panel_keys = [key for key in Study.model_fields if key not in CouponStudy.model_fields]
-    required = [key for key in schema.pop("required") if key in panel_keys]
+    panel_keys.append(KEY)
+    schema.pop("required")
+    either = {"oneOf": [{"required": ["panel"]}, {"required": [KEY]}]}
     return {
         "$schema": DRAFT,
         **schema,
         "title": "A study of pidpanel",
         "if": {"anyOf": [{"required": [key]} for key in panel_keys]},
-        "then": {"required": required, "anyOf": [{"required": ["sound"]}, {"required": ["base"]}]},
+        "then": {"allOf": [either], "anyOf": [{"required": ["sound"]}, {"required": ["base"]}]},
         "else": {"required": ["coupon"]},
     }
 

@@ -51,7 +51,7 @@ class Study(CouponStudy):
     damping: Damping = Damping()
     """The motion at which damping is evaluated, and settings of coupled runs."""
     panel: PanelOrStructure
-    """The panel; in its place ``structure``, a structure of any shape."""
+    """The panel; required unless there is a section ``structure``."""
     base: BaseMotion | None = None
     """Motion of the supports on a shaker, computed in addition to sound or without it."""
     sound: Annotated[Sound | None, BeforeValidator(sound_or_base)] = Field(
