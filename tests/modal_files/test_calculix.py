@@ -73,6 +73,23 @@ def test_residual_vectors_complete_the_compliance_of_patches(paraboloid, patches
     work = quadrature.normal_displacement(model.static_displacement).T @ load
     np.testing.assert_allclose(compliance, work, atol=2e-3 * work.max())
     assert vectors.frequency.min() > model.frequency.max()
+    against = residual_vectors(quadrature, model.frequency, model.modal_mass, model.displacement,
+                               model.static_displacement, -pressure, AREAL_MASS)  # fmt: skip
+    np.testing.assert_allclose(against.frequency, vectors.frequency)
+
+
+def test_displacements_of_other_pressures_are_refused(paraboloid, patches):
+    quadrature, pressure = patches
+    model = paraboloid
+    modes = model.frequency, model.modal_mass, model.displacement
+    for static, message in (
+        (model.static_displacement[:, :, ::-1], "do work on each other that differs by"),
+        (0.5 * model.static_displacement, r"static case \d+: modes alone move \d+% of it"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            residual_vectors(quadrature, *modes, static, pressure, AREAL_MASS)
+    with pytest.raises(ValueError, match="need a structure without rigid motions"):
+        residual_vectors(quadrature, 0 * modes[0], *modes[1:], static, pressure, AREAL_MASS)
 
 
 def frd(
@@ -151,6 +168,9 @@ def test_a_mesh_of_another_model_is_refused(plate, tmp_path):
     ):
         solid = "*Node\n1,0,0,0\n*Element, type=C3D8, elset=a\n1,1,2,3,4,5,6,7,8\n*Surface, name=s\na,S7\n"
         read(tmp_path, frd(plate), solid)
+    expanded = frd(plate._replace(node=plate.node + 1000))  # shells become solids with other nodes
+    with pytest.raises(ValueError, match=r"is not in the modes; 96 elements .* needs OUTPUT=2D"):
+        read(tmp_path, expanded, inp(plate))
     with pytest.raises(ValueError, match="no surface elements; triangles or quadrilaterals"):
         read(tmp_path, frd(plate), inp(plate).replace("S4R", "B32X"))
 

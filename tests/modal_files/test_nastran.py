@@ -63,14 +63,25 @@ def identification(analysis, table, mode, value, form=1, case=1):
     return [10 * analysis + 1, table, 0, case, mode, value, 0.0, 0, form, 8, *136 * [0]]
 
 
-def op2(plate, frames, *, order="<", size=4, masses=True, analysis=2, form=1, case=lambda _: 1):
+def op2(
+    plate,
+    frames,
+    *,
+    order="<",
+    size=4,
+    masses=True,
+    analysis=2,
+    form=1,
+    case=lambda _: 1,
+    values=None,
+):
     """Eigenvectors of a plate in the frames (n_nodes, 3, 3) of its nodes."""
     local = np.einsum("nij,nim->njm", frames, plate.displacement)  # Rᵀ u
-    values = (2 * np.pi * plate.frequency) ** 2
+    values = (2 * np.pi * plate.frequency) ** 2 if values is None else np.array(values)
     writer = Writer(order, size)
     writer.header()
     if masses:
-        rows = [[k + 1, k + 1, float(value), float(value**0.5), float(f), float(m), float(m * value)]
+        rows = [[k + 1, k + 1, float(value), float(abs(value) ** 0.5), float(f), float(m), float(m * value)]
                 for k, (value, f, m) in enumerate(zip(values, plate.frequency, plate.modal_mass, strict=True))]  # fmt: skip
         writer.table(
             "LAMA", [identification(analysis, 6, 0, 0.0), [word for row in rows for word in row]]
@@ -230,3 +241,33 @@ def test_decks_include_files_of_their_folder_alone(plate, tmp_path):
     main.write_text("BEGIN BULK\nGRID,5,99,0.,0.,0.\n")
     with pytest.raises(ValueError, match="coordinate system 99 must be a CORD2R"):
         read_modes(tmp_path / "plate.op2", main, 1.0)
+
+
+def test_rigid_motions_have_no_frequency_and_unstable_modes_are_refused(plate, tmp_path):
+    values = [-1e-3, 1e-4, 5e3, 2e4]
+    frequency = np.sign(values) * np.sqrt(np.abs(values)) / (2 * np.pi)
+    data = op2(plate, frames(plate), values=values)
+    assert read(tmp_path, plate, data).frequency == pytest.approx([0, 0, *frequency[2:]])
+    with pytest.raises(ValueError, match=r"mode 1 has -1.59\d+ Hz; 0 or more is allowed"):
+        read(tmp_path, plate, op2(plate, frames(plate), values=[-100.0, 1.0, 5e3, 2e4]))
+
+
+@pytest.mark.parametrize(("middles", "cells"), [("5,6,7,8", 5), ("5,6,,8", 1), ("", 1)])
+def test_middles_of_quadratic_shells_may_be_blank(plate, tmp_path, middles, cells):
+    square = [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1]]
+    lines = [f"GRID,{k},,{x}.,{y}.,0." for k, (x, y) in enumerate(square, 1)]
+    text = "\n".join(
+        [
+            *lines,
+            f"CQUAD8,9,3,1,2,3,4,{middles}".replace("5,6,7,8", "5,6,\n,7,8").replace(
+                "5,6,,8", "5,6,\n,,8"
+            ),
+            "",
+        ]
+    )
+    eight = plate._replace(node=np.arange(1, 9), displacement=np.ones((8, 3, 4)))
+    (tmp_path / "plate.op2").write_bytes(op2(eight, np.broadcast_to(np.eye(3), (8, 3, 3))))
+    (tmp_path / "square.bdf").write_text(text)
+    model = read_modes(tmp_path / "plate.op2", tmp_path / "square.bdf", 1.0)
+    assert len(model.cells) == cells
+    np.testing.assert_allclose(model.modal_mass / model.areal_mass, 4 * 3)  # 4 m², |φ|² of 3

@@ -138,6 +138,8 @@ def test_masses_may_be_declared(plate, tmp_path):
     del grid.field_data["modal_masses"]
     model = read(grid, tmp_path, normalised="mass")
     np.testing.assert_allclose(model.areal_mass, AREAL_MASS)
+    grid.point_data["mode_4"] *= 0.1
+    refused(grid, tmp_path, "modes move 3 to 300 kg/m² of the surface", normalised="mass")
 
 
 def test_static_cases_are_displacements_per_pascal(plate, tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pidpanel.geometry import coarsening
 from pidpanel.geometry.coarsening import edge_lengths, remeshed, rims
 from pidpanel.sound.free_edges import (
     FreeSurface,
@@ -93,10 +94,9 @@ def test_neither_the_sense_of_triangles_and_normals_nor_the_frame_matters(panel,
             impedance(FreeSurface.of_hats(jumps, K_MAX), turned, K_MAX), expected,
             atol=1e-9 * np.abs(expected).max(),
         )  # fmt: skip
-    opposite = impedance(
-        panel, replace(surface, normal=-surface.normal, shape=-surface.shape), K_MAX
-    )
-    np.testing.assert_allclose(opposite, expected, rtol=1e-12)
+    sense = np.sign(surface.position[:, :1])
+    opposite = replace(surface, normal=sense * surface.normal, shape=sense * surface.shape)
+    np.testing.assert_allclose(impedance(panel, opposite, K_MAX), expected, rtol=1e-12)
 
 
 def test_triangles_of_both_senses_are_refused():
@@ -128,8 +128,9 @@ def test_the_error_of_a_mesh_is_seen_on_a_coarser_one(surface):
     k = 3.0
     stated = mesh_error(fine, coarse, surface)
     one, other = (np.diagonal(impedance(p, surface, k)).imag for p in (fine, finest))
-    true = np.max(np.abs(one / other - 1))
-    assert true / 2 < stated < 4 * true
+    true = np.abs(one / other - 1)
+    assert np.all(stated > true / 2)
+    assert np.all(stated < 4 * true)
 
 
 def area(vertices, triangles):
@@ -158,10 +159,17 @@ def test_a_new_mesh_lies_on_the_surface_with_its_size_rims_and_folds(name):
     assert holes(vertices, triangles) == holes(*mesh)
 
 
+def test_regions_with_parts_that_are_cut_off_make_a_mesh(monkeypatch):
+    for name, value in (("RIM_SIZE", 0.4), ("GROWTH", 0.3), ("ATTEMPTS", 1)):
+        monkeypatch.setattr(coarsening, name, value)
+    mesh = oriented(*l_mesh())
+    assert holes(*remeshed(*mesh, 0.058)) == holes(*mesh)
+
+
 def test_a_mesh_of_the_right_size_stays():
     vertices, triangles = paraboloid_mesh(12, 60)
     jumps = SurfaceJumps.of_surface(vertices, triangles, 15.0)
     np.testing.assert_array_equal(jumps.triangles, triangles)
     other = SurfaceJumps.of_surface(vertices, triangles, 15.0, 0.5)
-    assert 0.4 < len(other.inner) / len(jumps.inner) < 0.9
+    assert len(other.inner) < 0.6 * len(jumps.inner)
     assert SurfaceJumps.of_surface(vertices, triangles, 60.0, 0.3).wavenumber < 25.0

@@ -50,15 +50,15 @@ def remeshed(vertices: Array, triangles: Index, edge: float) -> tuple[Array, Ind
     while edge_lengths(vertices, triangles).max() > FINENESS * RIM_SIZE * edge:
         vertices, triangles = _divided(vertices, triangles)
     for attempt in range(ATTEMPTS):
-        found, cells = _dual(vertices, triangles, edge, np.random.default_rng(attempt))
+        points, cells = _dual(vertices, triangles, edge, np.random.default_rng(attempt))
         try:
-            if _euler(found, cells) == holes:
+            if _euler(points, cells) == holes:
                 break
         except ValueError:
             pass
     else:
         raise ValueError(f"free edges of a surface: no mesh of {edge:g} m was found on it")
-    return found, cells
+    return points, cells
 
 
 def _euler(vertices: Array, triangles: Index) -> int:
@@ -74,22 +74,21 @@ def _dual(
     lines = np.concatenate([rim, _kinks(vertices, triangles)])
     border, graph = _symmetric(vertices, lines), _graph(vertices, triangles)
     graph.data *= rng.uniform(1, 1 + JITTER, graph.nnz)
-    start = np.union1d(_corners(vertices, lines), _first(border if len(lines) else graph))
-    order = [start, _order(border, start), _order(graph, np.unique(lines) if len(lines) else start)]
+    ends, start = np.unique(lines), np.union1d(_corners(vertices, lines), _first(border))
+    order = [start, _order(border, start), _order(graph, ends), _order(graph, _first(graph))]
     limit = np.full(len(vertices), SPACING * edge)
     if len(rim):
-        apart = csgraph.dijkstra(graph, indices=np.unique(rim), min_only=True)
-        limit *= np.minimum(RIM_SIZE + GROWTH * apart / edge, 1)
+        distance = csgraph.dijkstra(graph, indices=np.unique(rim), min_only=True)
+        limit *= np.minimum(RIM_SIZE + GROWTH * distance / edge, 1)
     free, seeds = np.ones(len(vertices), bool), np.zeros(0, np.int64)
     for vertex in np.concatenate(order):
         if free[vertex]:
             seeds = np.append(seeds, vertex)
-            apart = csgraph.dijkstra(graph, indices=vertex, limit=limit[vertex])
-            free[np.isfinite(apart)] = False
+            distance = csgraph.dijkstra(graph, indices=vertex, limit=limit[vertex])
+            free[np.isfinite(distance)] = False
     seeds = np.sort(seeds)
     nearest = _nearest(graph, seeds)
-    if len(lines):  # no region beside a line reaches it
-        ends = np.unique(lines)
+    if ends.size:  # no region beside a line reaches it
         nearest[ends] = _nearest(border, np.intersect1d(seeds, ends))[ends]
     cells = np.searchsorted(seeds, nearest[triangles])
     cells = cells[np.all(cells != np.roll(cells, 1, axis=1), axis=1)]
@@ -130,10 +129,10 @@ def _neighbours(values: Index, triangles: Index) -> tuple[Index, Index, Index]:
     edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
     table = sparse.csr_array((values.ravel() + 1, tuple(edges.T)), (triangles.max() + 1,) * 2)
     inner = (table * (table.T > 0)).tocoo()
-    other = np.asarray(table.T.tocsr()[inner.row, inner.col]).ravel()
+    right = np.asarray(table.T.tocsr()[inner.row, inner.col]).ravel()
     once = inner.row < inner.col
     edges = np.stack([inner.row, inner.col], axis=1)[once].astype(np.int64)
-    return edges, inner.data[once] - 1, other[once] - 1
+    return edges, inner.data[once] - 1, right[once] - 1
 
 
 def _graph(vertices: Array, triangles: Index) -> sparse.csr_array:
@@ -149,8 +148,8 @@ def _kinks(vertices: Array, triangles: Index) -> Index:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     number = np.repeat(np.arange(len(triangles))[:, None], 3, axis=1)
-    edges, one, other = _neighbours(number, triangles)
-    return edges[np.sum(normal[one] * normal[other], axis=1) < FOLD]
+    edges, left, right = _neighbours(number, triangles)
+    return edges[np.sum(normal[left] * normal[right], axis=1) < FOLD]
 
 
 def _corners(vertices: Array, lines: Index) -> Index:
@@ -181,8 +180,8 @@ def _nearest(graph: sparse.csr_array, seeds: Index) -> Index:
 
 def _order(graph: sparse.csr_array, start: Index) -> Index:
     """Return the vertices that can be reached, by their distance."""
-    if not len(start):
+    if not start.size:
         return start
-    apart = csgraph.dijkstra(graph, indices=start, min_only=True)
-    order = np.argsort(apart, kind="stable")
-    return order[np.isfinite(apart[order])]
+    distance = csgraph.dijkstra(graph, indices=start, min_only=True)
+    order = np.argsort(distance, kind="stable")
+    return order[np.isfinite(distance[order])]

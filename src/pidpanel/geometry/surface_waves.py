@@ -36,8 +36,8 @@ class SurfaceQuadrature:
 
         The first extent is the longest by mean square, the last the shortest.
         """
-        apart = self.position - self.position.mean(axis=0)
-        points = apart @ np.linalg.eigh(apart.T @ apart)[1][:, ::-1]
+        offset = self.position - self.position.mean(axis=0)
+        points = offset @ np.linalg.eigh(offset.T @ offset)[1][:, ::-1]
         middle: Array = (points.min(axis=0) + points.max(axis=0)) / 2
         return points - middle
 

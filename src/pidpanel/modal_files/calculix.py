@@ -53,7 +53,8 @@ def read_shapes(path: Path) -> ModeShapes:
             modes.append((float(result[1]), float(mass[1]) if mass else 0.0, vectors))
         elif int(result[2]) == STATIC:
             static.append(vectors)
-    return stacked(node, modes, static, points)
+    shapes = stacked(node, modes, static, points)
+    return shapes._replace(advice="; *NODE FILE needs OUTPUT=2D for shells")
 
 
 def _table(path: Path, text: bytes, form: int) -> tuple[Index, Array]:

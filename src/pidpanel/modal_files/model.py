@@ -23,6 +23,7 @@ MASS_UNITS |= {unit: POUND * STANDARD_GRAVITY / unit for unit in (0.0254, 0.3048
 EXTENTS = 0.01, 200.0  # least and greatest size of a structure [m]
 AREAL_MASSES = 0.02, 2000.0  # least and greatest mean of a mode [kg/m²]
 RIGID = 0.05  # greatest frequency [Hz] that is rounding of a rigid motion's
+LARGEST_SPREAD = 50.0  # of the mass per area of modes that are declared as mass-normalised
 NORMALISED = 1e-3  # deviation of a modal mass of 1, or of a largest component of 1
 COINCIDENT = 1e-4  # share of the extent by which nodes of two files may differ
 
@@ -67,7 +68,7 @@ def modal_model(
             values, count = np.unique(numbers, return_counts=True)
             if count.max(initial=0) > 1:
                 raise ValueError(f"{name}: node {values[np.argmax(count)]} appears twice")
-        rows, cells, groups = _surface(mesh, shapes.node)
+        rows, cells, groups = _surface(mesh, shapes)
         order = np.argsort(shapes.node)
         columns = order[np.searchsorted(shapes.node, mesh.node[rows], sorter=order)]
         position = unit_m * mesh.position[rows]
@@ -92,16 +93,22 @@ def modal_model(
             position, mesh.node[rows], frequency, mass, motion, cells, groups, place, static
         )
         _check(model, unit_kg is None)
+        areal = model.areal_mass
+        if normalised and areal.max() > LARGEST_SPREAD * areal.min():
+            message = (
+                f"modes move {areal.min():.3g} to {areal.max():.3g} kg/m² of the surface, which"
+            )
+            raise ValueError(f"{message} modes that are scaled to a mass of 1 do not")
     except ValueError as error:
         raise ValueError(f"{place}: {error}") from None
     return model
 
 
-def _surface(mesh: SurfaceElements, moving: Index) -> tuple[Index, Index, dict[str, Index]]:
+def _surface(mesh: SurfaceElements, shapes: ModeShapes) -> tuple[Index, Index, dict[str, Index]]:
     """Return the rows of the nodes that have a displacement, cells in these, and their groups."""
     if not len(mesh.element):
         raise ValueError("no surface elements; triangles or quadrilaterals are needed")
-    rows = np.flatnonzero(np.isin(mesh.node, moving))
+    rows = np.flatnonzero(np.isin(mesh.node, shapes.node))
     order = np.argsort(mesh.node[rows])
     numbers = mesh.node[rows][order]
     parts, origins = [], []
@@ -114,7 +121,8 @@ def _surface(mesh: SurfaceElements, moving: Index) -> tuple[Index, Index, dict[s
             k, corner = np.argwhere(absent)[0]
             where = "the modes" if np.isin(nodes[k, corner], mesh.node) else "the mesh"
             message = f"element {mesh.element[places[k]]}: its node {nodes[k, corner]} is not in"
-            raise ValueError(f"{message} {where}; {absent.any(axis=1).sum()} elements lack nodes")
+            lacking = f"{absent.any(axis=1).sum()} elements lack nodes{shapes.advice}"
+            raise ValueError(f"{message} {where}; {lacking}")
         parts.append(order[index[:, table]].reshape(-1, 4))
         origins.append(np.repeat(np.array(places, dtype=np.int64), len(table)))
     origin = np.concatenate(origins)

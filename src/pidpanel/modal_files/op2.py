@@ -15,7 +15,7 @@ from pidpanel.modal_files.shapes import ModeShapes, bytes_of, stacked
 
 TABLES = ("OUGV1", "OUG1", "OUGV1PAT", "OPHIG", "BOUGV1", "BOPHIG")  # the last two: basic frame
 STATIC, NORMAL = 1, 2  # kinds of analysis
-GRID, REAL = 1, 1  # kind of a point with six motions; form of a number
+REAL = 1  # form of a number
 ANALYSIS, TABLE, CASE, MODE, FORM, WIDTH = 0, 1, 3, 4, 8, 9  # words of an identification
 EIGENVALUE, ROW, MASS = 5, 7, 5  # place there; words of a row of LAMA, place of its mass
 
@@ -70,13 +70,11 @@ def read_op2(path: Path) -> ModeShapes:
 
 
 def _block(head: Array, values: Array, whole: np.dtype[np.int64]) -> VectorBlock:
-    """Return the displacements of the grid points of a record."""
+    """Return the displacements of the points of a record."""
     words = head.view(whole)
     rows = values.reshape(-1, int(words[WIDTH]))
-    numbers = rows.view(whole)
-    grid = numbers[:, 1] == GRID
-    vectors = rows[grid, 2:5].astype(float)
-    return VectorBlock(words, float(head[EIGENVALUE]), numbers[grid, 0] // 10, vectors)
+    numbers = rows.view(whole)[:, 0] // 10
+    return VectorBlock(words, float(head[EIGENVALUE]), numbers, rows[:, 2:5].astype(float))
 
 
 def _tables(data: bytes) -> Iterator[tuple[str, list[bytes], np.dtype[np.float64]]]:

@@ -56,11 +56,9 @@ def residual_vectors(
     if not (frequency > 0).all():
         raise ValueError("static cases need a structure without rigid motions")
     load = quadrature.weight[:, None] * pressure
-    compliance = quadrature.normal_displacement(static).T @ load
-    load = load * np.sign(np.diag(compliance))  # a pressure against the normal
-    compliance = np.abs(np.diag(compliance))
     work = quadrature.normal_displacement(static).T @ load
-    asymmetry = np.abs(work - work.T).max() / compliance.max()
+    load, work = (part * np.sign(np.diag(work)) for part in (load, work))  # against the normal
+    asymmetry = np.abs(work - work.T).max() / np.diag(work).max()
     if not asymmetry < CONSISTENT:
         message = f"static cases do work on each other that differs by {asymmetry:.0%}"
         raise ValueError(f"{message}; displacements are not those of the pressures")
@@ -68,13 +66,12 @@ def residual_vectors(
     receptance = forces / ((2 * np.pi * frequency) ** 2 * modal_mass)[:, None]
     remainder = static - displacement @ receptance
     stiffness = quadrature.normal_displacement(remainder).T @ load
-    share = np.diag(stiffness) / compliance
+    share = np.diag(stiffness) / np.diag(work)
     if share.min() < -CONSISTENT:
         case = 1 + int(np.argmin(share))
         raise ValueError(f"static case {case}: modes alone move {1 - share.min():.0%} of it")
     vectors = quadrature.values(remainder)
-    density = quadrature.weight * areal_mass
-    mass = np.einsum("qi,qim,qin->mn", density[:, None] * np.ones(3), vectors, vectors)
+    mass = np.einsum("q,qim,qin->mn", quadrature.weight * areal_mass, vectors, vectors)
     scale = np.diag(mass) ** -0.5
     values, modes = scipy.linalg.eigh(scale[:, None] * mass * scale)
     chosen = values > INDEPENDENT

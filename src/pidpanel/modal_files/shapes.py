@@ -32,6 +32,7 @@ class ModeShapes(NamedTuple):
     displacement: Array  # (n_nodes, 3, n_modes)
     static: Array  # (n_nodes, 3, n_static)
     position: Array | None = None  # (n_nodes, 3) if the file has it
+    advice: str = ""  # where nodes of elements are missing
 
 
 def bytes_of(path: Path) -> bytes:

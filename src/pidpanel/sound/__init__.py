@@ -13,6 +13,8 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
     The same on curved surfaces.
 `face`
     The face of a panel under plane waves, folded by parity.
+`free_edges`, `rectangle`, `outline`, `triangles`
+    Thin panels and surfaces with free edges, and functions of the jump on each kind of them.
 `radiation`
     The mass of the air that moves with the panel; its dynamic stiffness.
 `wavenumber_table`

@@ -264,8 +264,8 @@ def tabulate_diffuse_room(
     return WavenumberTable(k_max, nodes, force, power=2), WavenumberTable(k_max, nodes, volume)
 
 
-def mesh_error(panel: FreeSurface, coarser: FreeSurface, surface: SurfaceQuadrature) -> float:
-    """Return the largest error of a load by the mesh, over the largest load of that shape.
+def mesh_error(panel: FreeSurface, coarser: FreeSurface, surface: SurfaceQuadrature) -> Array:
+    """Return the largest error of the load of each shape (n,) by the mesh, over its largest load.
 
     From a coarser mesh of the same surface, for an error that goes with the edges to 3/2.
     """
@@ -275,9 +275,9 @@ def mesh_error(panel: FreeSurface, coarser: FreeSurface, surface: SurfaceQuadrat
         couplings = mesh.jumps.couplings(surface)
         loads.append([np.diagonal(mesh.impedance(k, couplings)).imag / k**3 for k in tried])
     fine, coarse = np.array(loads)
-    missed = np.max(np.abs(fine - coarse), axis=0) / np.max(fine, axis=0)
     ratio = len(panel.operator[0].even[0]) / len(coarser.operator[0].even[0])
-    return float(np.max(missed) / (ratio**0.75 - 1))
+    error: Array = np.max(np.abs(fine - coarse), axis=0) / np.max(fine, axis=0)
+    return error / (ratio**0.75 - 1)
 
 
 def plane_wave_force(

@@ -24,7 +24,14 @@ from pidpanel.geometry.surface_waves import SurfaceQuadrature
 from pidpanel.progress import with_progress
 from pidpanel.sound.face import FoldedFace
 from pidpanel.sound.field import half_gauss
-from pidpanel.sound.wavenumber_table import WavenumberTable, chebyshev_nodes, node_count
+from pidpanel.sound.radiation import SHORTEST_REACH
+from pidpanel.sound.wavenumber_table import (
+    FieldError,
+    WavenumberTable,
+    chebyshev_nodes,
+    even_interpolation,
+    node_count,
+)
 
 # Wavenumber to which loads are condensed over the largest of the sound.
 MARGIN = 1.75
@@ -110,3 +117,40 @@ def tabulate_surface_wave(
     square = force[:, :, None] * force[:, None, :].conj()
     odd = np.asarray(square.imag / nodes[:, None, None], np.float64)
     return WavenumberTable(wavenumber_max, nodes, np.asarray(square.real, np.float64), odd)
+
+
+def tabulate_surface_mass(
+    wavenumber_max: float, reach: float, surface: SurfaceQuadrature
+) -> WavenumberTable:
+    """Tabulate V [m³] of the air on one face, as `radiation.tabulate_added_mass`, up to k_max.
+
+    The wave is that of a flat face with R across space. Then V follows from G at all wavenumbers q
+    (the transform of cos(kR)/R in space),
+
+        V(k) = (1/π²) ⨍ G(q) q²/(q² − k²) dq,
+
+    with G → 2π/q² ∫ φ_i φ_j dA beyond the `reach` K [rad/m], which exceeds the wavenumbers of the
+    shapes and k_max.
+    """
+    if reach < SHORTEST_REACH * wavenumber_max:
+        raise FieldError(
+            f"reach = {reach:g} rad/m: the air of a surface to {wavenumber_max:g} rad/m needs at "
+            f"least {SHORTEST_REACH * wavenumber_max:g}"
+        )
+    table = tabulate_diffuse_surface(reach, surface)
+    count = table.wavenumber.size
+    nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, surface.diameter))
+    node, weight = np.polynomial.legendre.leggauss(4 * count)
+    q, weight = reach / 2 * (1 + node), reach / 2 * weight
+    between, direct = (even_interpolation(points, reach, count) for points in (q, nodes))
+    root = np.sqrt(surface.weight)[:, None] * surface.shape
+    overlap = root.T @ root
+    volume = np.empty((nodes.size, *overlap.shape))
+    for index, k in enumerate(nodes):
+        share = weight / (q**2 - k**2)
+        # of 1/(q² − k²) the principal value up to K is the logarithm, its rest the opposite
+        logarithm = np.log((reach - k) / (reach + k)) / (2 * k)
+        weights = share * q**2 @ between + k**2 * (logarithm - share.sum()) * direct[index]
+        force = np.tensordot(weights, table.even, axes=1)
+        volume[index] = (force - 2 * np.pi * logarithm * overlap) / np.pi**2
+    return WavenumberTable(wavenumber_max, nodes, volume)

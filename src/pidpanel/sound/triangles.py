@@ -32,7 +32,7 @@ NEAR = 1.0
 
 # Edges of triangles in the shortest wave, area of a vertex over the square of an edge, number
 # of vertices without those that rims add.
-EDGES, HEXAGON, LEAST_VERTICES, MOST_VERTICES = 7.0, 0.866, 350, 700
+EDGES, HEXAGON, LEAST_VERTICES, MOST_VERTICES = 6.5, 0.866, 350, 600
 
 FIT = 0.7, 1.15  # mean edge of a mesh that stays, over the one that is needed
 
@@ -92,11 +92,11 @@ class SurfaceJumps:
         total = np.zeros((len(vertices), 5))
         for end in rim.T:
             np.add.at(total, end, np.column_stack([outward, width, np.ones(len(rim))]))
-        at = np.unique(rim)
-        outward, width, count = total[at, :3], total[at, 3:4], total[at, 4:]
+        ends = np.unique(rim)
+        outward, width, count = total[ends, :3], total[ends, 3:4], total[ends, 4:]
         square = np.maximum(np.sum(outward**2, axis=1, keepdims=True), count / 2)
         moved = vertices.copy()
-        moved[at] += RIM_SHIFT * width * outward / square  # both edges by their mean
+        moved[ends] += RIM_SHIFT * width * outward / square  # both edges by their mean
         return cls(moved, triangles, np.setdiff1d(triangles, rim))
 
     @cached_property
@@ -164,22 +164,22 @@ class SurfaceJumps:
         step = max(1, PAIRS_AT_ONCE // count)
         for start in range(0, count, step):
             block, first = slice(start, min(start + step, count)), slice(start, None)
-            apart = cdist(self.points[first], self.points[block])
-            share = np.full(apart.shape, 1 / (4 * np.pi))
+            distance = cdist(self.points[first], self.points[block])
+            share = np.full(distance.shape, 1 / (4 * np.pi))
             share[: block.stop - start] /= 2  # the block itself is counted twice
-            inverse = np.divide(share, apart, out=np.zeros_like(apart), where=apart > 0)
+            inverse = np.divide(share, distance, out=np.zeros_like(distance), where=distance > 0)
             facing = self.directed_weight[first] @ self.directed_weight[block].T
-            same = np.where(apart > 0, 0.0, share)
+            same = np.where(distance > 0, 0.0, share)
             left = [m[first].T.tocsr() for m in (*edge_curls, self.at_points)]
             right = [m[block] for m in (*edge_curls, self.at_points)]
             for index, k in enumerate(nodes):
                 for total, kernel in (
-                    (even, np.cos(k * apart) * inverse),
-                    (odd, np.sin(k * apart) * (inverse / k) + same),
+                    (even, np.cos(k * distance) * inverse),
+                    (odd, np.sin(k * distance) * (inverse / k) + same),
                 ):
                     kernels = [kernel] * 3 + [-(k**2) * kernel * facing]
-                    for one, inner, other in zip(left, kernels, right, strict=True):
-                        total[index] += (one @ inner) @ other
+                    for rows, inner, columns in zip(left, kernels, right, strict=True):
+                        total[index] += (rows @ inner) @ columns
         even += even.swapaxes(1, 2).copy()
         odd += odd.swapaxes(1, 2).copy()
         return WavenumberTable(wavenumber_max, nodes, even, odd)
@@ -200,16 +200,16 @@ class SurfaceJumps:
         tree = KDTree(middle)
         pairs = tree.sparse_distance_matrix(tree, 2 * NEAR * edge.max(), output_type="coo_matrix")
         close = pairs.data <= NEAR * (edge[pairs.row] + edge[pairs.col])
-        one, other = pairs.row[close], pairs.col[close]
-        mean = np.zeros(len(one))
+        first, second = pairs.row[close], pairs.col[close]
+        mean = np.zeros(len(first))
         for inner in POINTS:
-            mean += inverse_distance(inner @ self.corners[one], self.corners[other]) / 3
-        mean /= np.linalg.norm(self.normal, axis=1)[other] / 2
+            mean += inverse_distance(inner @ self.corners[first], self.corners[second]) / 3
+        mean /= np.linalg.norm(self.normal, axis=1)[second] / 2
         points = self.points[self.edges[1]]
-        apart = np.linalg.norm(points[one][:, :, None] - points[other][:, None], axis=3)
-        inverse = np.divide(1, apart, out=np.zeros_like(apart), where=apart > 0)
+        distance = np.linalg.norm(points[first][:, :, None] - points[second][:, None], axis=3)
+        inverse = np.divide(1, distance, out=np.zeros_like(distance), where=distance > 0)
         mean = (mean - inverse.mean(axis=(1, 2))) / (4 * np.pi)
-        matrix = sparse.csr_array((mean, (one, other)), (count, count))
+        matrix = sparse.csr_array((mean, (first, second)), (count, count))
         return (matrix + matrix.T).tocsr() / 2
 
     def couplings(self, surface: SurfaceQuadrature) -> list[Array]:
@@ -228,9 +228,9 @@ class SurfaceJumps:
         corners = self.corners[tried]  # (k, count, 3, 3)
         normal = self.normal[tried]
         square = np.sum(normal**2, axis=-1)
-        apart = position[:, None, None] - corners
+        distance = position[:, None, None] - corners
         sides = np.roll(corners, -2, axis=2) - np.roll(corners, -1, axis=2)
-        inside = np.cross(sides, np.roll(apart, -1, axis=2))  # opposite to each vertex
+        inside = np.cross(sides, np.roll(distance, -1, axis=2))  # opposite to each vertex
         barycentric = np.einsum("kcvd,kcd->kcv", inside, normal) / square[..., None]
         barycentric = np.maximum(barycentric, 0.0)
         barycentric /= barycentric.sum(axis=2, keepdims=True)
