@@ -14,8 +14,9 @@ from pidpanel.sound.free_edges import (
     tabulate_free_plane_wave,
 )
 from pidpanel.sound.triangles import SurfaceJumps, inverse_distance
+from pidpanel.sound.wavenumber_table import FieldError
 from tests.sound.panels import l_mesh
-from tests.sound.surfaces import TURN, oriented, paraboloid, paraboloid_mesh
+from tests.sound.surfaces import TURN, oriented, paraboloid, paraboloid_mesh, sphere_mesh
 
 K_MAX = 4.0
 
@@ -104,6 +105,11 @@ def test_triangles_of_both_senses_are_refused():
     triangles[7] = triangles[7, ::-1]
     with pytest.raises(ValueError, match="opposite sense or more than two"):
         SurfaceJumps.of_mesh(vertices, triangles)
+
+
+def test_a_surface_that_closes_is_refused():
+    with pytest.raises(FieldError, match="that closes: the air inside resonates"):
+        SurfaceJumps.of_surface(*sphere_mesh(1), 4.0)
 
 
 def test_tables_are_what_the_surface_does_between_their_nodes(panel, surface):

@@ -21,7 +21,12 @@ from scipy import sparse
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.geometry.coarsening import edge_lengths, remeshed, rims
 from pidpanel.geometry.surface_waves import SurfaceQuadrature
-from pidpanel.sound.wavenumber_table import WavenumberTable, chebyshev_nodes, node_count
+from pidpanel.sound.wavenumber_table import (
+    FieldError,
+    WavenumberTable,
+    chebyshev_nodes,
+    node_count,
+)
 
 # Share of the last row of triangles by which a strip of many equal hats is too narrow at each edge:
 # ∫μ is πa² of its half width a.
@@ -66,7 +71,18 @@ class SurfaceJumps:
         ----------
         share
             Of vertices that are used; less than 1 to see the error of a mesh.
+
+        Raises
+        ------
+        FieldError
+            If the surface closes: the air inside has a stiffness and resonances without damping,
+            which no table over k holds. A single k is right (`of_mesh`).
         """
+        if not len(rims(triangles, len(vertices))[0]):
+            raise FieldError(
+                "free edges of a surface that closes: the air inside resonates; allowed is a "
+                "surface with an edge, others have independent faces"
+            )
         area = np.linalg.norm(_normals(vertices[triangles]), axis=1).sum() / 2
         longest, edge = (
             np.sqrt(area / count / HEXAGON) for count in (LEAST_VERTICES, MOST_VERTICES)
