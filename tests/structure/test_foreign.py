@@ -38,7 +38,9 @@ def test_a_direction_across_the_motion_sees_none_and_one_at_60_degrees_half(stru
     }
     table = model_of({**structure, "points": points}).summary().set_index(["scenario", "point"])
     value = table["acceleration_rms_g"].unstack()
-    np.testing.assert_allclose(value["slanted"] / value["normal"], 0.5, rtol=1e-5)  # shapes in single precision
+    np.testing.assert_allclose(
+        value["slanted"] / value["normal"], 0.5, rtol=1e-5
+    )  # shapes in single precision
     assert table["status"].unstack()["across"].eq("held").all()
 
 

@@ -32,7 +32,11 @@ from pidpanel.sound.free_edges import (
 )
 from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
-from pidpanel.sound.surface import surface_force, tabulate_diffuse_surface
+from pidpanel.sound.surface import (
+    surface_force,
+    tabulate_diffuse_surface,
+    tabulate_surface_mass,
+)
 from pidpanel.sound.surroundings import face_of_modes, mode_accelerations
 from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.triangles import SurfaceJumps
@@ -50,6 +54,7 @@ from pidpanel.study.surroundings import change_text
 if TYPE_CHECKING:  # slow to import
     import pandas as pd
 
+SURFACE_REACH = 3.0  # wavenumber to which the mass of the air on a curved face is integrated
 FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes or of the sound
 
 # Vertices and cells of a mesh: bytes, shape and type of both.
@@ -146,7 +151,7 @@ def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Ta
         return {**tables}
     upper = {MODAL_FORCE: modal_force_table(sound, k_max, shapes)}
     if air and shapes.quadrature_normal is not None:
-        upper |= _surface_air(sound, tables, k_max)
+        upper |= _surface_air(sound, SurfaceQuadrature.from_face(shapes), k_max)
     elif air:
         upper |= air_tables(sound, shapes, k_max, air_mass=study.response.air_mass)
     if panel is None:
@@ -180,16 +185,14 @@ def _quadrature(shapes: MovedFace) -> PanelQuadrature | SurfaceQuadrature:
 
 
 def _surface_air(
-    sound: Sound, tables: Mapping[str, WavenumberTable], k_max: float
+    sound: Sound, surface: SurfaceQuadrature, k_max: float
 ) -> dict[str, WavenumberTable]:
-    """Return the mass of the air on a curved surface beyond its table [m³]: that at its end."""
-    if ADDED_VOLUME not in tables:
-        message = "must be none in a baffle on a curved surface; set sound.surroundings: free"
-        raise ValueError(f"response.radiation {message}")
+    """Tabulate the air on a curved surface, each face alone; as `air_tables`."""
+    volume = tabulate_surface_mass(k_max, SURFACE_REACH * k_max, surface)
+    tables = {ADDED_VOLUME: volume}
     if sound.field != "diffuse":
-        raise ValueError("field must be diffuse on a curved surface of this size")
-    lower = tables[ADDED_VOLUME]
-    return {ADDED_VOLUME: constant_table(k_max, lower.matrix([lower.wavenumber_max])[0])}
+        tables[DIFFUSE] = tabulate_diffuse_surface(k_max, surface)
+    return tables
 
 
 def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:

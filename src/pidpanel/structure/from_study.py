@@ -236,16 +236,16 @@ def read_moved_panel(study: Study, files: Files) -> tuple[PanelBasis, StoredPlat
         If nothing is known of the inertia of a structure.
     """
     basis, plate = read_basis(files.modes), read_plate(files.plate)
-    if plate.participation is None:
+    if plate.point_direction is None:
         return basis, plate, UNIT
+    if plate.participation is None or plate.quadrature_normal is None:
+        raise ValueError("base: the inertia of modes from a file is not known")
     direction = np.array((study.base and study.base.direction) or (0.0, 0.0, 1.0))
     direction = direction / np.linalg.norm(direction)
-    vertex_normal = plate.quadrature_normal[:1]  # of a flat structure
-    if basis.quadrature_normal is not None:
+    at_points, normals = plate.point_direction @ direction, plate.quadrature_normal @ direction
+    if basis.quadrature_normal is None:  # a flat structure
+        translation = Translation(at_points, float(normals[0]), float(normals[0]))
+    else:
         vertex_normal = Surface(basis.vertex_position, basis.cells).vertex_normal
-    translation = Translation(
-        plate.point_direction @ direction,
-        np.broadcast_to(vertex_normal @ direction, len(basis.vertex_position)),
-        plate.quadrature_normal @ direction,
-    )
+        translation = Translation(at_points, vertex_normal @ direction, normals)
     return basis, replace(plate, inertia=plate.participation @ direction), translation

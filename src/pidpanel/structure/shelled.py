@@ -16,7 +16,7 @@ from pidpanel.panel.modes import first_modes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.shell.assembly import AssembledShell, Attached, assemble_shell
 from pidpanel.shell.mesh import ShellMesh
-from pidpanel.shell.resolution import element_size, frequency_shifts
+from pidpanel.shell.resolution import element_size, frequency_shifts, smallest_radius
 from pidpanel.shell.selections import Selection
 from pidpanel.shell.strains import Layup
 from pidpanel.structure.any_structure import (
@@ -107,7 +107,7 @@ class ShellStructure(AnyStructure):
 
     def check(self, highest: float, damper_mass: dict[str, float] | None = None) -> None:
         """Refuse what cannot be computed (`StructureRefused`)."""
-        longest = LONGEST * element_size(self.layup, highest)
+        longest = LONGEST * element_size(self.layup, highest, smallest_radius(self.shell))
         if self.size > longest:
             message = f"must be at most {longest:.2g} for responses up to {highest:g} Hz"
             raise StructureRefused(("shell", "size_m"), message)
