@@ -28,7 +28,8 @@ from pidpanel.structure.any_structure import (
 )
 from pidpanel.structure.surface import Surface
 
-FIRST = 6  # natural frequencies that are listed first
+FIRST, RIGID = 6, 6  # natural frequencies that are listed first, and motions of a body
+RIGID_SHARE = 1e-3  # frequency of a rigid motion, by rounding, over that of a mode
 # Elements over the size that keeps frequencies within 0.1 %, above which a study is refused.
 LONGEST = 1.5
 
@@ -95,10 +96,10 @@ class ShellStructure(AnyStructure):
 
     @cached_property
     def first_frequency(self) -> Array:
-        """First natural frequencies [Hz], those of rigid motions as 0, on rougher elements."""
+        """First natural frequencies [Hz] but for rigid motions, on rougher elements."""
         shell = assemble_shell(self.shell, self.layup, self.attached, order=3)
-        rigid, frequency, _ = first_modes(shell, FIRST)
-        return np.concatenate([np.zeros(rigid), frequency])[:FIRST]
+        _, frequency, _ = first_modes(shell, FIRST + RIGID)
+        return frequency[frequency > RIGID_SHARE * frequency.max()][:FIRST]
 
     @property
     def remarks(self) -> list[str]:
