@@ -25,6 +25,7 @@ from pidpanel.structure.surface import flattened
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.coupon_study import VariedCoupon
+from pidpanel.study.dampers import BedDamper
 
 
 def write_study_page(
@@ -108,7 +109,13 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
 
 def read_atlas_results(study: Study) -> inputs.AtlasResults:
     """Return the atlas, and what a study reads from it."""
-    models = {name: damper_model(bed) for name, bed in study.beds("atlas").items()}
+    beds = dict(study.beds("atlas"))
+    for scenario in study.all_scenarios():  # with the gravity of a scenario, of a patch
+        for patch in scenario.patches:
+            bed = study.damper_in(scenario, patch)
+            if isinstance(bed, BedDamper) and bed.model == "atlas":
+                beds[study.damper_name(scenario, patch)] = bed
+    models = {name: damper_model(bed) for name, bed in beds.items()}
     return inputs.AtlasResults(version_text(read_atlas()), models)
 
 

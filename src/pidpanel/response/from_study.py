@@ -28,6 +28,7 @@ from pidpanel.response.panel import ResponsePanel, Settings, widen
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import Tabulation, write_tables
+from pidpanel.response.trust import BASIS_ERROR, MODES_ERROR
 from pidpanel.solve.excitation import Matrices
 from pidpanel.sound.field import SoundExcitation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
@@ -214,6 +215,7 @@ def write_response(
         coupled_errors=errors,
         coupled_accuracy=study.damping.coupled.relative_error,
         stretching=plate.stretching,
+        basis_error=MODES_ERROR if plate.is_of_modes else BASIS_ERROR,
     )
     write_tables(checked, tabulation, output)
 

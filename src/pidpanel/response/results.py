@@ -57,6 +57,7 @@ class Tabulation:
     coupled_errors: Mapping[str, uncertainty.StandardErrors] | None
     coupled_accuracy: float  # required relative standard error of coupled runs [1]
     stretching: Stretching | None  # of the lowest modes; None where it is not known
+    basis_error: float  # largest error of a PSD that the shapes may leave [1]
 
 
 def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: Files) -> None:
@@ -70,7 +71,8 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: File
     labels = [scenario.label for scenario in tabulation.scenarios]
     axes = {"frequency": panel.frequency, "scenario": labels, "point": basis.point_names}
     summary = pd.concat(rows.summary, ignore_index=True)
-    summary = judged(tabulation.scenarios, summary, tabulation.coupled_accuracy)
+    limits = tabulation.coupled_accuracy, tabulation.basis_error
+    summary = judged(tabulation.scenarios, summary, *limits)
     write_csv(output.summary, summary)
     write_csv(output.layouts, pd.DataFrame(rows.layouts, columns=list(PATCH_COLUMNS)))
     psds = {**axes, "patch": basis.patch_names}

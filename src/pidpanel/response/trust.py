@@ -16,6 +16,7 @@ POWER_BALANCE = 1e-3
 MOTION_RESIDUAL = 1e-3
 
 BASIS_ERROR = 5e-3  # error of a PSD that the shapes of the panel may leave (README)
+MODES_ERROR = 0.05  # likewise of the modes of a file: 2.5 % of g rms, with a margin of 1.5
 
 # Error of a PSD at any line, and of an rms acceleration, that the mesh may make.
 MESH_ERROR, MESH_RMS = 10 ** (ALLOWED_DB / 10) - 1, ALLOWED_RMS
@@ -59,7 +60,10 @@ TRUST = ["trusted", "doubts", "damping_source"]  # columns of `judged`
 
 
 def judged(
-    scenarios: Sequence[ResponseScenario], summary: pd.DataFrame, coupled_accuracy: float
+    scenarios: Sequence[ResponseScenario],
+    summary: pd.DataFrame,
+    coupled_accuracy: float,
+    basis_error: float = BASIS_ERROR,
 ) -> pd.DataFrame:
     """Return ``summary.csv`` with the columns ``trusted``, ``doubts`` and ``damping_source``.
 
@@ -71,6 +75,8 @@ def judged(
         Rows of the scenarios, one for each point.
     coupled_accuracy
         Required relative standard error of coupled rms accelerations [1].
+    basis_error
+        Largest error of a PSD that the shapes may leave [1].
     """
     by_label = {scenario.label: scenario for scenario in scenarios}
     reasons: dict[Hashable, list[str]] = {}
@@ -83,10 +89,12 @@ def judged(
             continue
         if scenario.is_coupled:
             remedy = " (more damping.coupled.runs)"
-            reasons[key] = doubts(moving, TOO_FAR * coupled_accuracy, remedy)
+            error = TOO_FAR * coupled_accuracy
+            reasons[key] = doubts(moving, error, remedy, basis_error)
         else:
             remedy = SIMULATED if scenario.is_of_atlas else ""
-            reasons[key] = doubts(moving, math.inf if scenario.is_bare else LARGEST_ERROR, remedy)
+            error = math.inf if scenario.is_bare else LARGEST_ERROR
+            reasons[key] = doubts(moving, error, remedy, basis_error)
             reasons[key] += [COARSE_SWEEP] * scenario.is_coarse
     keys = summary["scenario"].tolist()
     return summary.assign(
@@ -96,7 +104,12 @@ def judged(
     )
 
 
-def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "") -> list[str]:
+def doubts(
+    rows: Sequence[dict[str, Any]],
+    largest_error: float,
+    remedy: str = "",
+    basis_error: float = BASIS_ERROR,
+) -> list[str]:
     """Return the reasons not to trust the results of a scenario; none if they can be trusted.
 
     Parameters
@@ -107,6 +120,8 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
         Largest allowed relative standard error of rms accelerations [1]; inf for the bare panel.
     remedy
         Remedy for a larger error, added to the text.
+    basis_error
+        Same as in `judged`.
     """
     first, reasons = rows[0], []
     if any(row["beyond_linear_plate"] is True or row["beyond_linear_plate"] == 1 for row in rows):
@@ -119,7 +134,7 @@ def doubts(rows: Sequence[dict[str, Any]], largest_error: float, remedy: str = "
         reasons.append("several solutions")
     if first["motion_residual"] > MOTION_RESIDUAL:
         reasons.append("motion not converged")
-    if first.get("basis_error", 0.0) > BASIS_ERROR:
+    if first.get("basis_error", 0.0) > basis_error:
         reasons.append("basis too small")
     reasons += mesh_doubts(rows)
     if math.isfinite(largest_error):
