@@ -71,7 +71,7 @@ class ScenarioEstimate:
     # and ln of the recorded mean square over the predicted one
     log_band_error: Array
     band_residual: Array
-    # (p,) the same of the whole, and what of the residual exceeds its scatter: the error of the split
+    # (p,) the same of the whole, and what of the residual exceeds its scatter (the split)
     log_error: Array
     residual: Array
     split_error: Array
