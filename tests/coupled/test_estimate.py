@@ -294,6 +294,10 @@ def test_what_the_split_leaves_out_is_an_error(coupled):
     assert found.residual == pytest.approx([2 * np.log(1.05)] * 2, abs=2e-3)
     assert np.all(found.log_error > 2 * np.log(1.05) - 2e-3)
     assert np.all(found.log_error < 4 * np.log(1.05))
+    # which further runs do not reduce, nor the bias of the contacts
+    both = estimated(coupled, more, bias=0.03)
+    usual = estimated(coupled, record).log_error / 2
+    assert both.reducible_error(0.03) == pytest.approx(usual, abs=1e-3)
 
 
 def test_two_patches_are_told_apart(plate):

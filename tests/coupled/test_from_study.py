@@ -50,6 +50,7 @@ def stored(tmp_path):
         band_residual=-0.3 * by_point * np.ones((BANDS, 1)),
         log_error=0.02 * by_point,
         residual=-0.03 * by_point,
+        split_error=0.01 * by_point,
         recorded=(by_point * G) ** 2 * 900,
     )
     beds = [SimulatedBed("P", 4e-5, 6.0, 5e7), SimulatedBed("Q", 5e-5, 7.0, 2e8)]

@@ -18,7 +18,7 @@ from pidpanel.coupon.liggghts.library import Spheres
 
 # CPU time of a call of LIGGGHTS with what the panel does meanwhile, of a step, and of a sphere in
 # it [s]: 192 to 1128 spheres on a quiet core.
-CALL_S, STEP_S, SPHERE_STEP_S = 70e-6, 5e-6, 105e-9
+CALL_S, STEP_S, SPHERE_STEP_S = 70e-6, 5e-6, 75e-9
 
 
 def cpu_per_interval(spheres: int, substeps: int) -> float:
@@ -72,6 +72,7 @@ def deck_of(started: StartedBed, time_step: float, files: Mapping[str, Path]) ->
             wall_youngs_modulus=constants.wall_youngs_modulus * softer,
         ).deck_values,
         **files,
+        "binsize": 3 * bed.packing.diameter,
         "skin": 0.3 * bed.packing.diameter,
         "gravity": bed.gravity,
         "gravity_direction": " ".join(f"{part:.12g}" for part in bed.gravity_direction),

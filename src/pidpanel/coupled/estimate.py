@@ -71,11 +71,20 @@ class ScenarioEstimate:
     # and ln of the recorded mean square over the predicted one
     log_band_error: Array
     band_residual: Array
-    # (p,) the same of the whole
+    # (p,) the same of the whole, and what of the residual exceeds its scatter (the split)
     log_error: Array
     residual: Array
+    split_error: Array
     # (p,) mean square of the acceleration of the records, with the own force of few cells [(m/s²)²]
     recorded: Array
+
+    def reducible_error(self, bias: float) -> Array:
+        """Return the relative error of g rms that further runs reduce, (p,) [1].
+
+        That is neither the bias of the contacts nor the error of the split.
+        """
+        square = self.log_error**2 - self.split_error**2 - (2 * bias) ** 2
+        return np.sqrt(np.maximum(square, 0.0)) / 2
 
 
 def estimate(
@@ -142,6 +151,7 @@ def estimate(
         band_residual=band_residual,
         log_error=np.hypot(np.sqrt(variance(variants.total_change)), excess),
         residual=residual,
+        split_error=excess,
         recorded=recorded.sum(axis=1).mean(axis=0),
     )
 

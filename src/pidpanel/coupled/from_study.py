@@ -160,9 +160,7 @@ def write_scenario(
     for number in range(1, keys.runs + 1):
         records.append(runs.record(number))
         estimate = runs.estimate(records)
-        # further runs do not reduce the bias
-        error = np.sqrt(np.maximum((estimate.log_error / 2) ** 2 - runs.bias**2, 0))
-        if error.max() <= keys.relative_error:
+        if estimate.reducible_error(runs.bias).max() <= keys.relative_error:
             break
     masses = np.mean([runs.masses(number + 1) for number in range(len(records))], axis=0)
     beds = [
@@ -204,7 +202,8 @@ def estimated_cpu_seconds(study: Study) -> float:
             spheres.append(round(spheres_in(packing, patch.beds[0].fill_fraction)))
         substeps = max(1, int(interval / min(steps)))
         cost = sum(cpu_per_interval(count, substeps) for count in spheres)
-        seconds += (keys.settle_s + keys.duration_s) / (substeps * min(steps)) * cost
+        length = min(interval, substeps * min(steps))
+        seconds += (keys.settle_s + keys.duration_s) / length * cost
     return seconds
 
 
