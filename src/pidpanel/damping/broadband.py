@@ -30,21 +30,44 @@ SINGLE_TONES = BroadbandError(0.4, 0.02)
 # C_e from single tones times `broadband_share`; what is left of the difference.
 CORRECTED_TONES = BroadbandError(0.25, 0.02)
 
-# Constants of `broadband_share`: exponent (acrylic 0.21, steel 0.16), and W/L from which it is 1.
-RIDING_EXPONENT, RIDING_STROKE = 0.19, 0.1
+# Constants of `broadband_stroke`: W/L from which the strokes of random motion are shorter than that
+# of the tone, and up to which.
+SHORTER_STROKE, LONGEST_STROKE = 0.6, 0.95
+
+# Constants of `broadband_share`: that of beds between riding and crossing, exponent, and W/L from
+# which it is constant.
+SHARE, RIDING_EXPONENT, RIDING_STROKE = 0.83, 0.14, 0.1
 
 PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion
 
 
-def broadband_share(stroke_per_gap: Array) -> Array:
-    """Return C_e under sound over that of the tone with the same rms acceleration and W/L [1].
+def broadband_stroke(stroke_per_gap: Array) -> Array:
+    """Return W/L of the tone, with the same rms acceleration, whose C_e a bed has under sound [1].
 
-    (W/0.1L)^0.19 below W/L = 0.1: there a tone moves the bed little, while low frequencies of the
-    sound keep it loose. Set on 22 coupled scenarios, counted on six more (docs/theory/damping.md).
+    x/(1 + (x/0.6)/(1 + (x/0.95)²)) with x = W/L of the tone at the frequency itself. That tone has
+    all of the acceleration at one frequency. Under sound the patch moves less than this at low
+    frequencies, and its bed crosses the gap only in the largest of its random strokes.
+
+    Examples
+    --------
+    >>> broadband_stroke(np.array([0.01, 0.1, 0.5, 1.0, 10.0])).round(3)
+    array([0.01 , 0.086, 0.303, 0.558, 8.703])
+    """
+    shorter = stroke_per_gap / SHORTER_STROKE / (1 + (stroke_per_gap / LONGEST_STROKE) ** 2)
+    return np.asarray(stroke_per_gap / (1 + shorter))
+
+
+def broadband_share(stroke_per_gap: Array) -> Array:
+    """Return C_e under sound over that of the tone with `broadband_stroke` W/L [1].
+
+    0.83 (W/0.1L)^0.14 below W/L = 0.1: there a tone moves the bed little, while low frequencies of
+    the sound keep it loose. Above it is 0.83: the own force of the particles drives the panel. Set
+    on the coupled scenarios of benchmarks/coupled.md, counted on others (docs/theory/damping.md).
 
     Examples
     --------
     >>> broadband_share(np.array([1e-4, 0.01, 0.1, 1.0])).round(2)
-    array([0.27, 0.65, 1.  , 1.  ])
+    array([0.32, 0.6 , 0.83, 0.83])
     """
-    return np.asarray(np.minimum((stroke_per_gap / RIDING_STROKE) ** RIDING_EXPONENT, 1.0))
+    share = np.minimum((stroke_per_gap / RIDING_STROKE) ** RIDING_EXPONENT, 1.0)
+    return np.asarray(SHARE * share)
