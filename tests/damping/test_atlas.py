@@ -64,7 +64,7 @@ def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
     np.testing.assert_allclose(values.equivalent_damping, 42.0)
     np.testing.assert_allclose(values.apparent_mass, 5.6)
     np.testing.assert_array_equal(values.inside, F < 100)
-    share = broadband_share(broadband_stroke(tone.stroke_per_gap(F, 0.5, 20.0)))
+    share = broadband_share(broadband_stroke(tone.stroke_per_gap(F, 0.5, 20.0)), 0.5)
     np.testing.assert_allclose(sound.equivalent_damping, 42 * share)
     assert (share < 1).any()
     assert bed.riding(np.zeros((2, 9))) == 0

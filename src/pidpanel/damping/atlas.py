@@ -300,7 +300,7 @@ class AtlasDamping(Damper):
         values = self.surface(tone, fill_fraction, acceleration_g)
         unit = np.full(stroke.shape, self.mass_per_fill)
         if self.is_broadband:
-            unit *= broadband.broadband_share(stroke)
+            unit *= broadband.broadband_share(stroke, fill_fraction)
         return DampingValues(
             unit * values.equivalent_damping,
             unit * self._factors(stroke)[0] * values.equivalent_damping_error,

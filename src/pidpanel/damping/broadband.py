@@ -32,11 +32,11 @@ CORRECTED_TONES = BroadbandError(0.25, 0.02)
 
 # Constants of `broadband_stroke`: W/L from which the strokes of random motion are shorter than that
 # of the tone, and up to which.
-SHORTER_STROKE, LONGEST_STROKE = 0.6, 0.95
+SHORTER_STROKE, LONGEST_STROKE = 0.6, 0.85
 
-# Constants of `broadband_share`: that of beds between riding and crossing, exponent, and W/L from
-# which it is constant.
-SHARE, RIDING_EXPONENT, RIDING_STROKE = 0.83, 0.14, 0.1
+# Constants of `broadband_share`: ln of that of a full cell between riding and crossing, exponent of
+# W/L, and W/L from which it is constant.
+FULL, RIDING_EXPONENT, RIDING_STROKE = 0.25, 0.22, 0.1
 
 PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion
 
@@ -44,30 +44,31 @@ PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend o
 def broadband_stroke(stroke_per_gap: Array) -> Array:
     """Return W/L of the tone, with the same rms acceleration, whose C_e a bed has under sound [1].
 
-    x/(1 + (x/0.6)/(1 + (x/0.95)²)) with x = W/L of the tone at the frequency itself. That tone has
+    x/(1 + (x/0.6)/(1 + (x/0.85)²)) with x = W/L of the tone at the frequency itself. That tone has
     all of the acceleration at one frequency. Under sound the patch moves less than this at low
     frequencies, and its bed crosses the gap only in the largest of its random strokes.
 
     Examples
     --------
     >>> broadband_stroke(np.array([0.01, 0.1, 0.5, 1.0, 10.0])).round(3)
-    array([0.01 , 0.086, 0.303, 0.558, 8.703])
+    array([0.01 , 0.086, 0.309, 0.589, 8.932])
     """
     shorter = stroke_per_gap / SHORTER_STROKE / (1 + (stroke_per_gap / LONGEST_STROKE) ** 2)
     return np.asarray(stroke_per_gap / (1 + shorter))
 
 
-def broadband_share(stroke_per_gap: Array) -> Array:
+def broadband_share(stroke_per_gap: Array, fill_fraction: Array | float) -> Array:
     """Return C_e under sound over that of the tone with `broadband_stroke` W/L [1].
 
-    0.83 (W/0.1L)^0.14 below W/L = 0.1: there a tone moves the bed little, while low frequencies of
-    the sound keep it loose. Above it is 0.83: the own force of the particles drives the panel. Set
-    on the coupled scenarios of benchmarks/coupled.md, counted on others (docs/theory/damping.md).
+    With s = 0.78 (W/0.1L)^0.22 below W/L = 0.1, and 0.78 above, it is s^√r: a tone moves a riding
+    bed little, while low frequencies of the sound keep it loose, and the own force of the particles
+    drives the panel, of full cells more than of nearly empty ones. Set on the coupled scenarios of
+    benchmarks/coupled.md, counted on others (docs/theory/damping.md).
 
     Examples
     --------
-    >>> broadband_share(np.array([1e-4, 0.01, 0.1, 1.0])).round(2)
-    array([0.32, 0.6 , 0.83, 0.83])
+    >>> broadband_share(np.array([1e-4, 0.01, 0.1, 1.0]), 0.5).round(2)
+    array([0.29, 0.59, 0.84, 0.84])
     """
-    share = np.minimum((stroke_per_gap / RIDING_STROKE) ** RIDING_EXPONENT, 1.0)
-    return np.asarray(SHARE * share)
+    share = RIDING_EXPONENT * np.minimum(np.log(stroke_per_gap / RIDING_STROKE), 0.0) - FULL
+    return np.asarray(np.exp(np.sqrt(fill_fraction) * share))

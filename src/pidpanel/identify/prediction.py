@@ -108,7 +108,7 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
         weight = specimen.mass_per_fill * fill
     h = onset(gamma, bed.onset_g)
     log_damping = np.log(weight * h * frequency) + mixtures[0].mean
-    log_damping += np.where(is_broadband.ravel(), np.log(broadband_share(stroke)), 0.0)
+    log_damping += np.where(is_broadband.ravel(), np.log(broadband_share(stroke, fill)), 0.0)
     mass = weight * (h * mixtures[1].mean + 1 - h)
     mean = np.hstack([log_damping.reshape(count, n), mass.reshape(count, n)])
     first, second = (_by_particles(mixture, n) for mixture in mixtures)
