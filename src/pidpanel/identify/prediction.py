@@ -11,7 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, atlas_bed
-from pidpanel.damping.broadband import CORRECTED_TONES, broadband_share, broadband_stroke
+from pidpanel.damping.broadband import LOG_DAMPING_ERROR, broadband_share, broadband_stroke
 from pidpanel.damping.sides import Mixture, joint_covariance
 from pidpanel.damping.surface_cases import onset
 
@@ -121,7 +121,7 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     )
     covariance *= scale[:, :, None] * scale[:, None, :]
     rest = np.zeros((count, n))
-    covariance += _common(CORRECTED_TONES.of_effect * np.hstack([is_broadband, rest]))
+    covariance += _common(LOG_DAMPING_ERROR * np.hstack([is_broadband, rest]))
     if specimen.particle_mass is None:
         covariance += _common(BULK_ERROR * np.hstack([rest + 1, mean[:, n:]]))
     return Prediction(mean, covariance, student)
