@@ -4,9 +4,10 @@
 
 The atlas has none of the rows of the coupons that it is compared with, and its constants are those
 of the other rows. `scenarios`: the 22 scenarios of coupled.md with one damper and its six levels,
-under sound. `panels`: ten random panels under spectra of launchers, against the same panels with
-surfaces of the rows that the atlas does not have, both of tones. Panels on which these surfaces
-are extrapolated are left out. Minutes on a core. The numbers of atlas.md are printed.
+under sound; then its further scenarios, with the whole atlas. `panels`: ten random panels under
+spectra of launchers, against the same panels with surfaces of the rows that the atlas does not
+have, both of tones. Panels on which these surfaces are extrapolated are left out. Minutes on a
+core. The numbers of atlas.md are printed.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 import pandas as pd
 import yaml
 from atlas_fit import fit_constants
-from coupled_scenarios import ACRYLIC, STEEL
+from coupled_scenarios import ACRYLIC, FURTHER, STEEL
 
 from pidpanel import Model
 from pidpanel.atlas.table import read_atlas as read_table
@@ -145,16 +146,15 @@ def _rms(case: Any, frequency: np.ndarray) -> Rms:
     )
 
 
-def coupled_scenarios() -> list[tuple[Case, list[float]]]:
-    """Return the scenarios with the g rms of their coupled runs, as the docs list them."""
+def coupled_scenarios() -> list[tuple[Case, list[float], list[float]]]:
+    """Return the scenarios with the g rms of their coupled runs and its errors, as the docs do."""
     text = TABLES.read_text(encoding="utf-8")
-    found = []
+    found: list[tuple[Case, list[float], list[float]]] = []
     for damper, cases in (("acrylic", ACRYLIC), ("steel", STEEL)):
         for patch, fill, level in cases:
-            label = re.escape(f"| {damper}, PID-{patch}, r = {fill:g}, {level:g} dB |")
-            (row,) = re.findall(rf"{label} \d+ \| ([\d. /]+) \|", text)
-            values = [float(value) for value in row.split("/")]
-            found.append((Case(damper, f"PID-{patch}", fill, level), values))
+            case = Case(damper, f"PID-{patch}", fill, level)
+            values, runs = _row(text, case, r"([\d. /]+) \| [\d.]+ % \| ([\d., ]+) % \|")
+            found.append((case, values, [0.01 * float(np.hypot(*runs)) / 2] * len(values)))
     levels, values = (
         [
             float(value.split()[0])
@@ -162,26 +162,43 @@ def coupled_scenarios() -> list[tuple[Case, list[float]]]:
         ]
         for name in ("OASPL, dB", "`coupled`")
     )
-    found += [
-        (Case("acrylic", "PID-1", 0.5, level), [value])
+    return found + [
+        (Case("acrylic", "PID-1", 0.5, level), [value], [0.02])
         for level, value in zip(levels, values, strict=True)
     ]
+
+
+def further_scenarios() -> list[tuple[Case, list[float], list[float]]]:
+    """Return the further scenarios likewise, with the errors of their single runs."""
+    text = TABLES.read_text(encoding="utf-8")
+    found = []
+    for damper, cases in FURTHER.items():
+        for patch, fill, level in cases:
+            case = Case(damper, f"PID-{patch}", fill, level)
+            values, errors = _row(text, case, r"([\d. /]+) \| ([\d. /]+) % \|")
+            found.append((case, values, [error / 100 for error in errors]))
     return found
 
 
-def compare_scenarios(atlas: Atlas) -> None:
+def _row(text: str, case: Case, columns: str) -> list[list[float]]:
+    """Return the numbers in the last columns of the row of a scenario."""
+    label = re.escape(f"| {case.damper}, {case.patch}, r = {case.fill:g}, {case.level:g} dB |")
+    (row,) = re.findall(rf"{label} \d+ \| {columns}", text)
+    return [[float(value) for value in re.split("[/,]", cell)] for cell in row]
+
+
+def compare_scenarios(atlas: Atlas, references: Sequence[Any]) -> None:
     """Print how far the atlas is from coupled runs."""
     values = yaml.safe_load((WORKFLOW / "studies" / "layouts.yaml").read_text(encoding="utf-8"))
     values["response"] = {"frequency_hz": [30, 2000]}
-    references = coupled_scenarios()
     models = {name: atlas_damping(atlas, name).under_sound() for name in DENSITY}
-    results = responses(values, [case for case, _ in references], models)
+    results = responses(values, [case for case, *_ in references], models)
     away, errors = [], []
     print("| scenario | difference of g rms | stated error |\n|---|---|---|")
-    for (case, reference), rms in zip(references, results, strict=True):
+    for (case, reference, known), rms in zip(references, results, strict=True):
         count = len(reference)
         away.append(np.log(rms.values[:count] / reference))
-        errors.append(rms.log_error[:count])
+        errors.append(np.hypot(rms.log_error[:count], known))
         print(f"| {case.damper}, {case.patch}, r = {case.fill:g}, {case.level:g} dB | "
               f"{_percent(np.expm1(away[-1]))} | {_percent(errors[-1], '')} |")  # fmt: skip
     summarise(np.concatenate(away), np.concatenate(errors))
@@ -258,7 +275,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         atlas = atlas_without_coupons(Path(folder))
     if "scenarios" in chosen:
-        compare_scenarios(atlas)
+        compare_scenarios(atlas, coupled_scenarios())
+        compare_scenarios(read_atlas(), further_scenarios())
     if "panels" in chosen:
         compare_panels(atlas)
 

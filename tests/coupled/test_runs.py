@@ -59,6 +59,23 @@ def test_the_cost_is_that_of_a_run_that_was_measured(study):
         "oaspl_db": [130]}}, youngs_modulus_mpa=50)) == pytest.approx(2 * soft)  # fmt: skip
 
 
+def test_beds_of_the_atlas_cost_as_much_as_if_they_were_coupled(study):
+    scenarios = {"level": {"patch": "PID-1", "fill_fraction": 0.5, "oaspl_db": [136.7]}}
+    values = study(scenarios, youngs_modulus_mpa=50)
+    atlas = values.model_copy(
+        update={
+            "dampers": {
+                name: damper.model_copy(update={"model": "atlas"})
+                for name, damper in values.dampers.items()
+            }
+        }
+    )
+    filled = [scenario for scenario in atlas.all_scenarios() if not scenario.is_bare]
+    assert estimated_cpu_seconds(atlas) == 0
+    assert estimated_cpu_seconds(atlas, filled) == pytest.approx(estimated_cpu_seconds(values))
+    assert estimated_cpu_seconds(values, filled) == 0
+
+
 def test_spheres_belong_to_the_nearest_cell():
     centres = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     position = np.array([[0.1, 0.9], [0.8, 0.1], [-0.2, 0.0]])

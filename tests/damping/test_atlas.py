@@ -22,7 +22,7 @@ from atlas_fit import (
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.atlas import DOF, REGIMES, AtlasDamping, atlas_bed, dimensional, dimensionless
 from pidpanel.damping.atlas_files import SPREAD, atlas_data, by_state, extended_atlas, read_atlas
-from pidpanel.damping.broadband import broadband_share
+from pidpanel.damping.broadband import broadband_share, broadband_stroke
 from pidpanel.damping.models import DampingValues
 from pidpanel.damping.surface_cases import AXES, ERROR, MASS, MASS_ERROR, STROKE, VALUE, clear_gap
 
@@ -64,7 +64,7 @@ def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
     np.testing.assert_allclose(values.equivalent_damping, 42.0)
     np.testing.assert_allclose(values.apparent_mass, 5.6)
     np.testing.assert_array_equal(values.inside, F < 100)
-    share = broadband_share(tone.stroke_per_gap(F, 0.5, 20.0))
+    share = broadband_share(broadband_stroke(tone.stroke_per_gap(F, 0.5, 20.0)), 0.5)
     np.testing.assert_allclose(sound.equivalent_damping, 42 * share)
     assert (share < 1).any()
     assert bed.riding(np.zeros((2, 9))) == 0

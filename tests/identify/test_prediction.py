@@ -7,7 +7,7 @@ import pytest
 
 from pidpanel.damping.atlas import atlas_bed
 from pidpanel.damping.atlas_files import read_atlas
-from pidpanel.damping.broadband import CORRECTED_TONES
+from pidpanel.damping.broadband import LOG_DAMPING_ERROR
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
 ATLAS = read_atlas()
@@ -46,7 +46,7 @@ def test_particles_have_the_damping_of_the_atlas(specimen, is_broadband):
             )
             assert predicted.mean[row, 4 + tone] == pytest.approx(values.apparent_mass[0], abs=0.2)
             expected = np.diag(covariance).copy()
-            expected[0] += (CORRECTED_TONES.of_effect * is_broadband) ** 2
+            expected[0] += (LOG_DAMPING_ERROR * is_broadband) ** 2
             both = predicted.covariance[row][np.ix_([tone, 4 + tone], [tone, 4 + tone])]
             np.testing.assert_allclose(np.diag(both), expected, rtol=1e-9)
             assert both[0, 1] == pytest.approx(covariance[0, 1], rel=1e-9, abs=1e-15)

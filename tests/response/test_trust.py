@@ -88,6 +88,18 @@ def test_a_large_error_of_the_atlas_has_a_remedy():
     ]
 
 
+def test_the_atlas_is_trusted_to_eight_percent():
+    # the same error of measured or simulated tones is none to doubt
+    scenarios = scenarios_of(load_study(WORKFLOW / "studies" / "paper.yaml"))
+    labels = [f"PID-1_{damper}_r0.5_162dB" for damper in ("atlas", "acrylic")]
+    for error, trusted in ((0.79, ["yes", "yes"]), (0.81, ["no", "yes"])):
+        rows = [
+            {**GOOD, "point": "326", "acceleration_rms_error_g": error, "scenario": label}
+            for label in labels
+        ]
+        assert judged(scenarios, pd.DataFrame(rows), 0.02)["trusted"].tolist() == trusted
+
+
 def test_a_sweep_without_a_case_between_others_is_not_trusted():
     # the smoke study: two frequencies and two amplitudes
     for name, label, said in (

@@ -64,11 +64,13 @@ def coupled_scenarios(study: Study) -> dict[str, CoupledScenario]:
     }
 
 
-def _beds_of(study: Study, scenario: Scenario) -> Iterator[tuple[str, BedDamper, float]]:
-    """Yield the patches of a scenario that are integrated, with their beds and fills."""
+def _beds_of(
+    study: Study, scenario: Scenario, model: str = COUPLED
+) -> Iterator[tuple[str, BedDamper, float]]:
+    """Yield the patches of a scenario with a damping model, with their beds and fills."""
     for patch, filling in scenario.fillings.items():
         damper, fill = study.damper_in(scenario, patch), filling.fill_fraction
-        if isinstance(damper, BedDamper) and damper.model == COUPLED and fill is not None:
+        if isinstance(damper, BedDamper) and damper.model == model and fill is not None:
             yield patch, damper, fill
 
 
@@ -185,25 +187,28 @@ def check_modes(study: Study, first: float) -> None:
         raise StudyError(f"{study.name}: dampers: {message}")
 
 
-def estimated_cpu_seconds(study: Study) -> float:
+def estimated_cpu_seconds(study: Study, scenarios: Sequence[Scenario] | None = None) -> float:
     """Return about the CPU time of the coupled runs of a study [s].
 
-    With one run of each scenario and the modulus of a usual motion.
+    With one run of each scenario and the modulus of a usual motion. ``scenarios`` are others whose
+    beds, now of the atlas, would be coupled.
     """
     keys, seconds = study.damping.coupled, 0.0
     interval = 1 / (INTERVALS_PER_PERIOD * study.response.frequency_hz[1])
-    for scenario in coupled_scenarios(study).values():
+    model = COUPLED if scenarios is None else "atlas"
+    for scenario in study.coupled_scenarios() if scenarios is None else scenarios:
         spheres, steps = [], []
-        for patch in scenario.patches:
-            packing = patch.beds[0].packing
+        for _, damper, fill in _beds_of(study, scenario, model):
+            packing = bed_of(damper, fill, cells=keys.cells, seed=1).packing
             modulus = 1e6 * (keys.youngs_modulus_mpa or 0.0)
-            modulus = modulus or usual_modulus(patch.youngs_modulus, packing.density)
+            modulus = modulus or usual_modulus(damper.particles.youngs_modulus, packing.density)
             steps.append(STEP_RAYLEIGH * packing.smallest(modulus).rayleigh_time)
-            spheres.append(round(spheres_in(packing, patch.beds[0].fill_fraction)))
-        substeps = max(1, int(interval / min(steps)))
-        cost = sum(cpu_per_interval(count, substeps) for count in spheres)
-        length = min(interval, substeps * min(steps))
-        seconds += (keys.settle_s + keys.duration_s) / length * cost
+            spheres.append(round(spheres_in(packing, fill)))
+        if steps:
+            substeps = max(1, int(interval / min(steps)))
+            cost = sum(cpu_per_interval(count, substeps) for count in spheres)
+            length = min(interval, substeps * min(steps))
+            seconds += (keys.settle_s + keys.duration_s) / length * cost
     return seconds
 
 

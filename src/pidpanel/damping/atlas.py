@@ -266,7 +266,7 @@ class AtlasDamping(Damper):
     def stroke_per_gap(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> Array:
-        """Return W/L (n,) at frequencies (n,) [Hz]."""
+        """Return W/L (n,) of the sine at frequencies (n,) [Hz]."""
         fill, gamma = (np.full(len(frequency), x) for x in (fill_fraction, acceleration_g))
         points = self.bed.points(fill, np.asarray(frequency, float), gamma)
         return np.exp(self.bed.log_stroke(points))
@@ -279,43 +279,52 @@ class AtlasDamping(Damper):
 
     def is_near_jump(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
         """Return whether W/L is between `REGIMES`, where beds may ride or cross, (n,)."""
-        stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
+        _, stroke = self._tone(frequency, fill_fraction, acceleration_g)
         return np.asarray((stroke > REGIMES[0]) & (stroke < REGIMES[1]))
 
-    def _factors(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Array:
-        """Return the calibration (2, n) of the standard errors of ln C_e and m_a."""
+    def _tone(
+        self, frequency: Array, fill_fraction: float, acceleration_g: float
+    ) -> tuple[Array, Array]:
+        """Return frequency [Hz] and W/L of the tones whose damping it has (n,)."""
         stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
-        return np.asarray(self.calibration[:, np.digitize(stroke, REGIMES)])
+        if not self.is_broadband:
+            return frequency, stroke
+        shorter = broadband.broadband_stroke(stroke)
+        return frequency * np.sqrt(stroke / shorter), shorter
 
     def __call__(
         self, frequency: Array, fill_fraction: float, acceleration_g: float
     ) -> DampingValues:
         """Return C_e and m_a at ``frequency`` (n,) [Hz]."""
-        values = self.surface(frequency, fill_fraction, acceleration_g)
-        factor = self._factors(frequency, fill_fraction, acceleration_g)[0]
-        unit = np.full(factor.shape, self.mass_per_fill)
+        tone, stroke = self._tone(frequency, fill_fraction, acceleration_g)
+        values = self.surface(tone, fill_fraction, acceleration_g)
+        unit = np.full(stroke.shape, self.mass_per_fill)
         if self.is_broadband:
-            stroke = self.stroke_per_gap(frequency, fill_fraction, acceleration_g)
-            unit *= broadband.broadband_share(stroke)
+            unit *= broadband.broadband_share(stroke, fill_fraction)
         return DampingValues(
             unit * values.equivalent_damping,
-            unit * factor * values.equivalent_damping_error,
+            unit * self._factors(stroke)[0] * values.equivalent_damping_error,
             self.mass_per_fill * values.apparent_mass,
             values.inside & self.is_hard(frequency, acceleration_g),
         )
 
+    def _factors(self, stroke: Array) -> Array:
+        """Return the calibration (2, n) of the standard errors of ln C_e and m_a at W/L (n,)."""
+        return np.asarray(self.calibration[:, np.digitize(stroke, REGIMES)])
+
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between the values at two points of r and Γ."""
         scale = np.array([[1.0], [self.mass_per_fill]])
-        rows, columns = (
-            (scale * self._factors(frequency, *point)).ravel() for point in (first, second)
+        (tone, stroke), (there, stroke_there) = (
+            self._tone(frequency, *point) for point in (first, second)
         )
-        return self.surface.cross_covariance(frequency, first, second) * np.outer(rows, columns)
+        rows, columns = ((scale * self._factors(x)).ravel() for x in (stroke, stroke_there))
+        return self.surface.cross_covariance(tone, first, second, there) * np.outer(rows, columns)
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²]."""
         return self.mass_per_fill * fill_fraction
 
     def under_sound(self) -> AtlasDamping:
-        """Return the same with C_e under sound: `broadband.broadband_share` of that of tones."""
+        """Return the same with C_e and m_a under sound, see `broadband.broadband_stroke`."""
         return replace(self, is_broadband=True)

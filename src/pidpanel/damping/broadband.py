@@ -2,8 +2,8 @@
 
 C_e from single tones is evaluated at the sine with the rms acceleration of the patch. Under sound
 low frequencies keep a bed loose, so it dissipates less at high ones, and its own force drives the
-panel. The errors are those against coupled runs of 22 scenarios of the paper's panel with
-acrylic and steel (`benchmarks/single_tones.py`, docs/theory/damping.md).
+panel. The errors are those against coupled runs of the paper's panel with acrylic and steel
+(`benchmarks/single_tones.py`, `benchmarks/atlas_panels.py`, docs/theory/damping.md).
 """
 
 from typing import NamedTuple
@@ -27,24 +27,51 @@ EXACT = BroadbandError(0.0, 0.0)
 # the particles adds motion.
 SINGLE_TONES = BroadbandError(0.4, 0.02)
 
-# C_e from single tones times `broadband_share`; what is left of the difference.
-CORRECTED_TONES = BroadbandError(0.25, 0.02)
+# C_e from single tones with `broadband_stroke` and `broadband_share`; what is left of the
+# difference. `LOG_DAMPING_ERROR` is that of ln C_e itself, common to all frequencies.
+CORRECTED_TONES, LOG_DAMPING_ERROR = BroadbandError(0.12, 0.01), 0.25
 
-# Constants of `broadband_share`: exponent (acrylic 0.21, steel 0.16), and W/L from which it is 1.
-RIDING_EXPONENT, RIDING_STROKE = 0.19, 0.1
+# Constants of `broadband_stroke`: W/L from which the strokes of random motion are shorter than that
+# of the tone, and up to which.
+SHORTER_STROKE, LONGEST_STROKE = 0.6, 0.85
+
+# Constants of `broadband_share`: ln of that of a full cell between riding and crossing, exponent of
+# W/L of beds that ride, and W/L up to which they do; ln of that of beds that cross.
+FULL, RIDING_EXPONENT, RIDING_STROKE, CROSSING = 0.25, 0.22, 0.1, 0.7
 
 PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion
 
 
-def broadband_share(stroke_per_gap: Array) -> Array:
-    """Return C_e under sound over that of the tone with the same rms acceleration and W/L [1].
+def broadband_stroke(stroke_per_gap: Array) -> Array:
+    """Return W/L of the tone, with the same rms acceleration, whose C_e a bed has under sound [1].
 
-    (W/0.1L)^0.19 below W/L = 0.1: there a tone moves the bed little, while low frequencies of the
-    sound keep it loose. Set on 22 coupled scenarios, counted on six more (docs/theory/damping.md).
+    x/(1 + (x/0.6)/(1 + (x/0.85)²)) with x = W/L of the tone at the frequency itself. That tone has
+    all of the acceleration at one frequency. Under sound the patch moves less than this at low
+    frequencies, and its bed crosses the gap only in the largest of its random strokes.
 
     Examples
     --------
-    >>> broadband_share(np.array([1e-4, 0.01, 0.1, 1.0])).round(2)
-    array([0.27, 0.65, 1.  , 1.  ])
+    >>> broadband_stroke(np.array([0.01, 0.1, 0.5, 1.0, 10.0])).round(3)
+    array([0.01 , 0.086, 0.309, 0.589, 8.932])
     """
-    return np.asarray(np.minimum((stroke_per_gap / RIDING_STROKE) ** RIDING_EXPONENT, 1.0))
+    shorter = stroke_per_gap / SHORTER_STROKE / (1 + (stroke_per_gap / LONGEST_STROKE) ** 2)
+    return np.asarray(stroke_per_gap / (1 + shorter))
+
+
+def broadband_share(stroke_per_gap: Array, fill_fraction: Array | float) -> Array:
+    """Return C_e under sound over that of the tone with `broadband_stroke` W/L [1].
+
+    It is s^√r exp(−0.7 x²/(1 + x²)) with x = W/L, s = 0.78 (W/0.1L)^0.22 below W/L = 0.1, and 0.78
+    above. A tone moves a riding bed little, while low frequencies of the sound keep it loose. The
+    own force of the particles drives the panel, of full cells more than of nearly empty ones, and
+    beds do not cross in phase with any frequency. Set on the coupled scenarios of
+    benchmarks/coupled.md, counted on others (docs/theory/damping.md).
+
+    Examples
+    --------
+    >>> broadband_share(np.array([1e-4, 0.01, 0.1, 1.0]), 0.5).round(2)
+    array([0.29, 0.59, 0.83, 0.59])
+    """
+    riding = np.minimum(np.log(stroke_per_gap / RIDING_STROKE), 0.0)
+    crossing = CROSSING * stroke_per_gap**2 / (1 + stroke_per_gap**2)
+    return np.asarray(np.exp(np.sqrt(fill_fraction) * (RIDING_EXPONENT * riding - FULL) - crossing))

@@ -257,14 +257,17 @@ class DampingSurface(Damper):
         """(n,) nodes of the covariance [Hz], uniform in ln f; between them it is nearly linear."""
         return np.exp(even_steps(np.log(self.low[1]), np.log(self.high[1]), NODE_STEP))
 
-    def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
+    def cross_covariance(
+        self, frequency: Array, first: Point, second: Point, there: Array | None = None
+    ) -> Array:
         """Return the covariance (2n, 2n) between the values at two points of r and Γ.
 
         Two patches filled with the same particles err alike where their fills and motions are
-        alike. Rows are ln C_e, then m_a [kg/m²], at the first point, columns at the other.
+        alike. Rows are ln C_e, then m_a [kg/m²], at the first point, columns at the other,
+        at frequencies ``there`` (n,) [Hz] if they differ.
         """
         p, scale = self._clip(frequency, *first)
-        q, scale_there = self._clip(frequency, *second)
+        q, scale_there = self._clip(frequency if there is None else there, *second)
         (damping, mass), (damping_there, mass_there) = self.mixtures(p), self.mixtures(q)
         n = len(frequency)
         if self.mass is not None and mass is not None and mass_there is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, atlas_bed
-from pidpanel.damping.broadband import CORRECTED_TONES, broadband_share
+from pidpanel.damping.broadband import LOG_DAMPING_ERROR, broadband_share, broadband_stroke
 from pidpanel.damping.sides import Mixture, joint_covariance
 from pidpanel.damping.surface_cases import onset
 
@@ -96,6 +96,9 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     restitution, log_friction, fill = np.repeat(particles, n, axis=0).T
     frequency, gamma = np.tile(tones.frequency, count), np.tile(tones.acceleration_g, count)
     bed = specimen.bed(restitution, np.exp(log_friction))
+    is_broadband = np.tile(tones.is_broadband, (count, 1))
+    stroke = np.exp(bed.log_stroke(bed.points(fill, frequency, gamma)))
+    frequency *= np.sqrt(np.where(is_broadband.ravel(), stroke / broadband_stroke(stroke), 1.0))
     points = bed.points(fill, frequency, gamma)
     surface = atlas.damping_of(bed, 1.0).surface
     mixtures = [mixture for mixture in surface.mixtures(points) if mixture is not None]
@@ -105,8 +108,7 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
         weight = specimen.mass_per_fill * fill
     h = onset(gamma, bed.onset_g)
     log_damping = np.log(weight * h * frequency) + mixtures[0].mean
-    is_broadband = np.tile(tones.is_broadband, (count, 1))
-    log_damping += np.where(is_broadband.ravel(), np.log(broadband_share(stroke)), 0.0)
+    log_damping += np.where(is_broadband.ravel(), np.log(broadband_share(stroke, fill)), 0.0)
     mass = weight * (h * mixtures[1].mean + 1 - h)
     mean = np.hstack([log_damping.reshape(count, n), mass.reshape(count, n)])
     first, second = (_by_particles(mixture, n) for mixture in mixtures)
@@ -119,7 +121,7 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     )
     covariance *= scale[:, :, None] * scale[:, None, :]
     rest = np.zeros((count, n))
-    covariance += _common(CORRECTED_TONES.of_effect * np.hstack([is_broadband, rest]))
+    covariance += _common(LOG_DAMPING_ERROR * np.hstack([is_broadband, rest]))
     if specimen.particle_mass is None:
         covariance += _common(BULK_ERROR * np.hstack([rest + 1, mean[:, n:]]))
     return Prediction(mean, covariance, student)

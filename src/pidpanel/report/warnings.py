@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.damping.surface_cases import COUNTED
 from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.paths import SECTION
@@ -98,6 +99,7 @@ def _doubts(
             continue
         worst = doubted.iloc[int(doubted["extrapolated_share"].argmax())]
         relative = doubted["acceleration_rms_error_g"] / doubted["acceleration_rms_g"]
+        labels = set(doubted["scenario"])
         known = doubted["doubts"].iloc[int(relative.fillna(0.0).argmax())]
         yield {
             "names": names(doubted),
@@ -109,6 +111,8 @@ def _doubts(
             "share": worst["extrapolated_share"],
             "missing": worst["data_missing"],
             "known": "".join(word for word in known.split(trust.BETWEEN) if doubt in word),
+            "cpu": doubt == trust.KNOWN_TO
+            and estimated_cpu_seconds(study, [s for s in scenarios if s.label in labels]),
             "residual": doubted["motion_residual"].max(),
             "basis": doubted["basis_error"].max(),
         }

@@ -48,8 +48,9 @@ SIMULATED = " (model: coupled)"  # remedy for a large error of the atlas
 
 TOO_FAR = 2.0  # standard error of a coupled g rms over the required one, above which it is doubted
 
-# Relative standard error of g rms from which other damping is doubted: 2 dB [1].
-LARGEST_ERROR = 0.25
+# Relative standard error of g rms from which other damping is doubted, 2 dB, and the atlas, which
+# coupled runs can replace [1].
+LARGEST_ERROR, LARGEST_OF_ATLAS = 0.25, 0.08
 
 # Standard errors above which a difference is significant (95 % of a normal distribution).
 SIGNIFICANCE = 2.0
@@ -92,8 +93,8 @@ def judged(
             error = TOO_FAR * coupled_accuracy
             reasons[key] = doubts(moving, error, remedy, basis_error)
         else:
-            remedy = SIMULATED if scenario.is_of_atlas else ""
             error = math.inf if scenario.is_bare else LARGEST_ERROR
+            error, remedy = (LARGEST_OF_ATLAS, SIMULATED) if scenario.is_of_atlas else (error, "")
             reasons[key] = doubts(moving, error, remedy, basis_error)
             reasons[key] += [COARSE_SWEEP] * scenario.is_coarse
     keys = summary["scenario"].tolist()
