@@ -8,7 +8,15 @@ import click
 from click.core import ParameterSource
 
 from pidpanel.cli.options import (
-    ATTITUDE, FILE, HOLE, PLACE, SIZE, STEADY, Command, force, print_next,
+    ATTITUDE,
+    FILE,
+    HOLE,
+    PLACE,
+    SIZE,
+    STEADY,
+    Command,
+    force,
+    print_next,
 )  # fmt: skip
 
 ABOVE_ZERO = click.FloatRange(0, min_open=True)

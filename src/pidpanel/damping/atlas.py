@@ -130,7 +130,7 @@ class AtlasBed(SurfaceBed):
     def reached(self, points: Array) -> Array:
         """Return ln(W/L) (n,) at `points` (n, 9), −∞ where a thrown body misses the lid."""
         log_stroke, along = self.log_stroke(points), np.divide(self.onset_g, self.gravity)
-        gamma = np.exp(np.maximum(points[:, 1], 0.0)) / np.where(along > 0, along, 1.0)
+        gamma = np.maximum(np.exp(points[:, 1]) / np.where(along > 0, along, 1.0), 1.0)
         height = np.where(along > 0, thrown_height(gamma), np.inf)
         return np.where(height > np.exp(-log_stroke), log_stroke, -np.inf)
 

@@ -138,7 +138,13 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
         message = f"its frequencies are at most {measured.tones.frequency.max():g} Hz, below "
         raise _refusal("file", f"{message}those of the shaker, {low:g} to {high:g} Hz; in kHz?")
     specimen = Specimen(
-        cell.across_flats, cell.depth, diameter, coupon.across, coupon.gravity_g, mass_per_fill, weight
+        cell.across_flats,
+        cell.depth,
+        diameter,
+        coupon.across,
+        coupon.gravity_g,
+        mass_per_fill,
+        weight,
     )
     if faults := list(_contradictions(identification, specimen, measured, mass)):
         raise Mistakes(faults)

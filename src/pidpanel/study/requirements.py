@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from pidpanel.study.dampers import BEDS, COUPLED, TONES, BedDamper
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
