@@ -279,7 +279,7 @@ class AtlasDamping(Damper):
         """Return whether the particles are hard (n,) at frequencies (n,) [Hz]."""
         if self.sphere is None:
             return np.ones(len(frequency), bool)
-        return is_hard(self.sphere, frequency, acceleration_g)
+        return is_hard(self.sphere, frequency, acceleration_g, float(self.bed.gravity))
 
     def is_near_jump(self, frequency: Array, fill_fraction: float, acceleration_g: float) -> Flags:
         """Return whether W/L is between `REGIMES`, where beds may ride or cross, (n,)."""
