@@ -2,11 +2,13 @@
 
     python benchmarks/particles.py [figures] [atlas]
 
-`figures` draws the table of docs/particles.md, and the viscoelastic law of `pidpanel.coupon.impacts`
-with single impacts in LIGGGHTS (`tests/verification`), to docs/. `atlas` compares the atlas with
-particles_cases.csv: beds drawn at random that set nothing in it, under 2, 4 and 7 g along and across
-the motion, and 1, 2 and 4 g at 30, 45 and 60 degrees from it. The rows are those of
-``coupon/cases.csv`` (`coupon.cases`, with `atlas_design.row_of`), the particles 2 mm acrylic.
+`figures` draws the table of docs/particles.md, and the viscoelastic law of
+`pidpanel.coupon.impacts` with single impacts in LIGGGHTS (`tests/verification`), to docs/.
+
+`atlas` compares the atlas with particles_cases.csv: beds that set nothing in it, under 2, 4 and 7 g
+along and across the motion, and 1, 2 and 4 g at 30, 45 and 60 degrees from it. They were drawn as
+those of `atlas_design`, with equal Γ over their own acceleration. The rows are those of
+``coupon/cases.csv``, the particles 2 mm acrylic.
 """
 
 import re
@@ -105,8 +107,7 @@ def count() -> pd.DataFrame:
     cases = cases[cases["equivalent_damping_n_s_m3"] > cases["equivalent_damping_error_n_s_m3"]]
     for row in cases.to_dict("records"):
         direction = np.array(row["gravity_direction"].split(), float)
-        across = float(1 - direction[2] ** 2 / (direction @ direction))
-        across = round(across, 4)
+        across = round(float(1 - direction[2] ** 2 / (direction @ direction)), 4)
         value, mass, error, mass_error, stroke = prediction(row, across, row["gravity_g"])
         c, m = row["equivalent_damping_n_s_m3"], row["apparent_mass_kg_m2"]
         weight = row["particle_mass_per_area_kg_m2"]
@@ -126,15 +127,14 @@ def count() -> pd.DataFrame:
 
 def print_count() -> None:
     """Print the table of the atlas."""
-    print(
-        "| gravity | cases | factor of C_e, median | rms z | within 95 % | m_a/m″, median | within 95 % |"
-    )
-    print("|---|---|---|---|---|---|---|")
+    names = "acceleration | cases | factor of C_e, median | mean of ln C_e | rms z | within 95 %"
+    print(f"| {names} | m_a/m″, median | within 95 % |\n|{'---|' * 8}")
     found = count()
-    for name, part in [*found.groupby("gravity"), ("all", found)]:
-        z = part[["z", "z_mass"]].to_numpy()
+    for name, part in [*found.groupby("gravity"), *found.groupby("regime"), ("all", found)]:
+        z, away = part[["z", "z_mass"]].to_numpy(), part["damping"]
         within = 100 * (np.abs(z) < 1.96).mean(axis=0)
-        print(f"| {name} | {len(part)} | {np.exp(part['damping'].abs().median()):.2f} | "
+        print(f"| {name} | {len(part)} | {np.exp(away.abs().median()):.2f} | "
+              f"{away.mean():+.2f} ± {away.std() / np.sqrt(len(part)):.2f} | "
               f"{np.sqrt(np.mean(z[:, 0] ** 2)):.2f} | {within[0]:.0f} % | "
               f"{part['mass'].abs().median():.2f} | {within[1]:.0f} % |")  # fmt: skip
 

@@ -91,7 +91,7 @@ class AtlasBed(SurfaceBed):
     """A bed in the groups of the atlas; with arrays (n,), a bed for each case."""
 
     gravity: float | Array  # over g
-    # (n, 5) or (1, 5) ln(1 − e²), ln μ, ln(width/d), ln(depth/d), sin² of gravity to the motion
+    # (n, 5) or (1, 5) ln(1 − e²), ln μ, ln(width/d), ln(depth/d), sin⁴ of gravity to the motion
     shape: Array
     trend: Array | None = None  # (11,) constants of `riding_trend`; None for none
 
@@ -153,8 +153,9 @@ def atlas_bed(
     width, depth, diameter
         Cell width across flats, cell depth, particle diameter [m].
     direction
-        Direction of gravity for each case. Between flat and upright, Γ₀ is the component along the
-        motion.
+        Direction of gravity for each case. Between flat and upright, sin⁴ of the angle is the
+        coordinate (the best of sin² to sin⁶ for 22 cases, docs/particles.md), and Γ₀ is the
+        component along the motion.
     gravity
         Gravity in units of g [1].
     """
@@ -162,7 +163,7 @@ def atlas_bed(
     shape = np.column_stack(
         np.broadcast_arrays(
             np.log1p(-np.square(restitution)), np.log(friction), np.log(np.divide(width, diameter)),
-            np.log(np.divide(depth, diameter)), across,
+            np.log(np.divide(depth, diameter)), across**2,
         )
     ).astype(float)  # fmt: skip
     onset = gravity * np.sqrt(1 - across)

@@ -46,7 +46,7 @@ def extended_atlas(bed: AtlasBed, cases: pd.DataFrame, mass_per_fill: float) -> 
         friction=np.exp(log_friction),
         width_per_diameter=np.exp(log_width),
         depth_per_diameter=np.exp(log_depth),
-        direction=across,
+        direction=np.sqrt(across),
         state_loss_factors="",
         is_of_atlas=False,
     )
