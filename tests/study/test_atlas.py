@@ -50,7 +50,7 @@ def test_the_atlas_takes_gravity_at_any_angle_to_the_motion(tmp_path, keys, acro
         values["dampers"]["steel"].update(keys)
 
     study = studied(tmp_path, change)
-    assert study.dampers["steel"].across == across
+    assert study.dampers["steel"].transverse_share == across
 
 
 def test_ranges_are_those_of_the_table():

@@ -180,7 +180,7 @@ def atlas_model(
     diameter = coupon.diameters[0]
     bed = atlas_bed(
         particles.impacts.value, particles.friction, cell.across_flats, cell.depth, diameter,
-        [coupon.across], coupon.gravity / STANDARD_GRAVITY,
+        [coupon.transverse_share], coupon.gravity / STANDARD_GRAVITY,
     )  # fmt: skip
     atlas = read_atlas()
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)

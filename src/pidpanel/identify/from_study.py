@@ -56,7 +56,7 @@ class IdentificationResult:
     @property
     def is_upright(self) -> bool:
         """Whether gravity lies across the motion."""
-        return self.identification.coupon.across == 1
+        return self.identification.coupon.transverse_share == 1
 
     @property
     def outside(self) -> int:
@@ -117,7 +117,7 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     cell, diameter = coupon.cell, coupon.diameters[0]
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
     mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
-    if coupon.across not in (0, 1):
+    if coupon.transverse_share not in (0, 1):
         raise Mistakes([Mistake(("coupon", "gravity_direction"), "is not in the atlas")])
     weight = identification.particle_mass_per_area_kg_m2
     mass = weight or mass_per_fill * (identification.fill_fraction or 0.5)
@@ -141,7 +141,7 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
         cell.across_flats,
         cell.depth,
         diameter,
-        coupon.across,
+        coupon.transverse_share,
         coupon.gravity_g,
         mass_per_fill,
         weight,

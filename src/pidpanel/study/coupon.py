@@ -132,11 +132,11 @@ class Coupon(SectionModel):
         return (x / size, y / size, z / size) if size else (0.0, 0.0, -1.0)
 
     @property
-    def across(self) -> float:
+    def transverse_share(self) -> float:
         """Share of `apparent_gravity_g` across the motion, sin² of the angle to it; 0 flat [1]."""
         x, y, z = self.apparent_gravity_g
-        across = x * x + y * y
-        return across / (across + z * z) if across else 0.0
+        square = x * x + y * y
+        return square / (square + z * z) if square else 0.0
 
     @property
     def bed_mass_per_area(self) -> float:
