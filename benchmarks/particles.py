@@ -54,6 +54,7 @@ def draw_level(axes: Axes, level: float, ends: tuple[float, float]) -> None:
     )  # fmt: skip
     axes.set(title=f"{level:g} dB", xlabel="total acceleration along the normal, g")
     axes.set(ylabel="rms acceleration at 326, g", ylim=ends, xticks=total)
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.grid(alpha=0.25)
 
 
