@@ -87,6 +87,8 @@ def test_help_and_completion_import_nothing_that_is_slow():
         (["new", "mine.yaml", "--hold-down", "0.4"], "'--hold-down': '0.4': must be x,y in m"),
         (["new", "mine.yaml", "--bead", "none", "--hold-down", "4,0.2"], "--hold-down 4,0.2: lies off the panel, 1.5x1.0 m"),
         (["new", "mine.yaml", "--bead", "none", "--budget-kg", "1"], "--budget-kg 1: needs particles or a table"),
+        (["new", "mine.yaml", "--bead", "none", "--steady-g", "0,0,-3"], "--steady-g: needs particles"),
+        (["new", "mine.yaml", "--attitude", "sideways"], "--attitude"),
         (["new", "mine.yaml", "--shaker", "nope.csv"], "base.random.spectrum"),
         (["new", "mine.yaml", "--core-grade", "foam"], "unknown grade"),
         (["new", "mine.yaml", "--surroundings", "wall"], "'--surroundings': 'wall' is not one of 'free', 'baffle'"),
@@ -315,6 +317,8 @@ def test_completion_knows_every_command(capsys, monkeypatch, shell):
         (["--bead", "acrylic", "--budget-kg", "0.5"], {"optimise.mass_kg": 0.5, "dampers.acrylic.model": "atlas"}),
         (["--section", "solid", "--size", "0.7x0.5", "--thickness-mm", "6"], {"damping.coupled.relative_error": 0.03}),
         (["--bead", "acrylic", "--shaker", "gevs_acceptance.csv"], {"dampers.acrylic.model": "atlas"}),
+        (["--attitude", "upright"], {"dampers.acrylic.gravity_direction": [1, 0, 0]}),
+        (["--attitude", "0,0,1", "--steady-g", "0,0,-3"], {"dampers.acrylic.gravity_direction": [0, 0, 1], "sound.steady_acceleration_g": [0, 0, -3]}),
         (["--title", 'a "b" {0/90}s $x$ : # größe'], {"title": 'a "b" {0/90}s $x$ : # größe'}),
     ],
 )  # fmt: skip

@@ -59,6 +59,15 @@ def test_soft_particles_are_hard_where_their_impacts_are_short_and_shallow(modul
     assert 0 < found.sum() < len(f)
 
 
+def test_a_bed_that_is_pressed_harder_is_as_hard_as_a_softer_one_on_the_ground():
+    # with equal Γ over its own gravity and W: √4 times the frequency
+    f = np.geomspace(50, 5000, 40)
+    for gamma in (5.0, 60.0):
+        soft = is_hard(replace(USUAL, youngs_modulus=USUAL.youngs_modulus / 4), f, gamma)
+        assert is_hard(USUAL, 2 * f, 4 * gamma, gravity=4.0).tolist() == soft.tolist()
+        assert 0 < soft.sum() < len(f)
+
+
 def test_a_hertz_contact_lasts_as_long_as_its_integral_in_closed_form():
     # x = u^(2/5): 2 ∫₀¹ dx/√(1 − x^(5/2)) = 4/5 B(2/5, 1/2)
     assert pytest.approx(0.8 * beta(0.4, 0.5), rel=1e-6) == HERTZ_DURATION

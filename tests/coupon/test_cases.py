@@ -183,6 +183,18 @@ def test_deep_beds_thrown_as_one_body_are_shaken_with_harder_contacts():
     assert deep(0.9, 20, 60.0).point.bed.deepening(deep(0.9, 20, 60.0).point.drive) == 1.0
 
 
+@pytest.mark.parametrize(("gravity", "direction", "soft"), [(1, -1, True), (4, -1, False), (4, 0, True)])  # fmt: skip
+def test_a_bed_is_one_body_up_to_an_acceleration_that_grows_with_what_presses_it(
+    gravity, direction, soft
+):
+    """At 4 g, 36 g throw a bed as 9 g do at 1 g."""
+    sweep = {"fill_fraction": [0.5], "frequency_hz": [150], "acceleration_g": [36]}
+    values = {"gravity_g": gravity, "gravity_direction": [1 + direction, 0, direction]}
+    (case,) = cases_of(coupon(sweep=sweep, particles={"youngs_modulus_mpa": 3200.0}, **values))
+    assert (case.point.constants.youngs_modulus < 3200e6) is soft
+    assert case.point.bed.constants.youngs_modulus < 3200e6  # while it is shaken loose
+
+
 def test_the_bias_of_a_deep_bed_is_larger_as_the_cube_of_its_layers():
     # 2.5 (t_c f − t_c0 f) (0.7 25 mm/(6.25 · 2 mm))³
     case = deep(0.7, 20, 90.0)

@@ -83,6 +83,33 @@ def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
     np.testing.assert_allclose(upright.reached(points), stroke)
 
 
+def test_gravity_between_along_and_across_lifts_a_bed_by_its_component_along_the_motion():
+    # 60 degrees from the motion, 2 g are 1 g along it: no lift below Γ = 1
+    oblique, flat = (
+        atlas_bed(0.8, 0.3, 6e-3, 25e-3, 2e-3, [share], 2.0) for share in (0.75, "flat")
+    )
+    assert (oblique.onset_g, flat.onset_g) == (pytest.approx(1.0), 2.0)
+    damping = read_atlas().damping_of(oblique, 14.0)
+    assert (damping(F, 0.5, 0.99).equivalent_damping == 0).all()
+    assert (damping(F, 0.5, 1.5).equivalent_damping > 0).all()
+    # thrown as a body under 1 g: 1.8 g, 0.98 amplitudes high
+    points = np.zeros((2, 9))
+    points[:, 1] = np.log(1.8 / 2)
+    points[:, STROKE] = np.log(1 / np.array([0.95, 1.05])) + points[:, 1]
+    assert (oblique.reached(points) > -np.inf).tolist() == [True, False]
+
+
+@pytest.mark.parametrize("end", ["flat", "upright"])
+def test_gravity_nearly_along_or_across_is_as_known_as_there(end):
+    across = {"flat": 1e-9, "upright": 1 - 1e-9}[end]
+    near, there = (
+        read_atlas().damping_of(atlas_bed(0.8, 0.3, 6e-3, 25e-3, 2e-3, [share]), 14.0)(F, 0.5, 20.0)
+        for share in (across, end)
+    )
+    for name in ("equivalent_damping", "equivalent_damping_error", "apparent_mass"):
+        np.testing.assert_allclose(getattr(near, name), getattr(there, name), rtol=1e-3)
+
+
 def test_scale_and_density_drop_out():
     # of lengths and times: a bed of twice the size at 1/√2 of the frequency has the same groups;
     # C_e is per mass and frequency.

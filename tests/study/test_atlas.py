@@ -35,20 +35,22 @@ def test_no_bed_of_the_atlas_is_simulated_and_none_needs_a_sweep(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("keys", "direction"),
+    ("keys", "across"),
     [
-        ({}, "flat"),
-        ({"gravity_direction": [0, 0, 1]}, "flat"),
-        ({"gravity_direction": [1, 2, 0]}, "upright"),
-        ({"gravity_direction": [1, 0, 1]}, None),
+        ({}, 0),
+        ({"gravity_direction": [0, 0, 1]}, 0),
+        ({"gravity_direction": [1, 2, 0]}, 1),
+        ({"gravity_direction": [0, 1, 3**0.5]}, pytest.approx(0.25)),  # 30 degrees from the motion
+        ({"gravity_direction": [1, 0, 0], "steady_acceleration_g": [0, 0, -1]}, pytest.approx(0.5)),
+        ({"steady_acceleration_g": [2, 0, 1]}, 1),
     ],
 )
-def test_gravity_is_along_or_across_the_motion(tmp_path, keys, direction):
+def test_the_atlas_takes_gravity_at_any_angle_to_the_motion(tmp_path, keys, across):
     def change(values):
         values["dampers"]["steel"].update(keys)
 
     study = studied(tmp_path, change)
-    assert requirements.direction_of(study.dampers["steel"]) == direction
+    assert study.dampers["steel"].transverse_share == across
 
 
 def test_ranges_are_those_of_the_table():

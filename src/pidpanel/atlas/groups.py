@@ -70,12 +70,13 @@ class ElasticSphere:
 USUAL = ElasticSphere(1e-3, 1190.0, 3.2e9, 0.35)  # of the cases of the atlas
 
 
-def is_hard(sphere: ElasticSphere, frequency: Array, gamma: float) -> Flags:
+def is_hard(sphere: ElasticSphere, frequency: Array, gamma: float, gravity: float = 1.0) -> Flags:
     """Return (n,) whether a bed is no softer than those of the atlas at frequencies (n,) [Hz].
 
-    By its impact at ωW on a wall of its own material.
+    By its impact at ωW on a wall of its own material. Under some times g it is as soft as one under
+    1 g with its modulus over that.
     """
     speed = gamma * STANDARD_GRAVITY / (2 * math.pi * frequency)
     is_short: Flags = sphere.wall_contact_time(speed) * frequency <= SHORT_CONTACT
     is_short = is_short & (sphere.wall_overlap(speed) <= SMALL_OVERLAP * sphere.radius)
-    return is_short | (sphere.softness <= SOFTEST * USUAL.softness)
+    return is_short | (sphere.softness * gravity <= SOFTEST * USUAL.softness)

@@ -153,6 +153,8 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
                 raise StudyError(f"{option}: lies off the panel, {draft.size[0]}x{draft.size[1]} m")
     if draft.budget_kg is not None and draft.has_law:
         raise StudyError(f"--budget-kg {draft.budget_kg:g}: needs particles or a table with masses")
+    if draft.steady_g is not None and not draft.is_simulated:
+        raise StudyError("--steady-g: needs particles; other damping does not know it")
     if draft.wall_m is not None and draft.surroundings == "baffle":
         raise StudyError(f"--wall-m {draft.wall_m:g}: not allowed with --surroundings baffle")
     spectrum = _relative_path(draft.spectrum, file)

@@ -7,7 +7,17 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from pidpanel.cli.options import FILE, HOLE, PLACE, SIZE, Command, force, print_next
+from pidpanel.cli.options import (
+    ATTITUDE,
+    FILE,
+    HOLE,
+    PLACE,
+    SIZE,
+    STEADY,
+    Command,
+    force,
+    print_next,
+)  # fmt: skip
 
 ABOVE_ZERO = click.FloatRange(0, min_open=True)
 EDGES = click.Choice(["simply_supported", "clamped", "free"])
@@ -46,6 +56,8 @@ several = partial(option, multiple=True)
 @option("--bead", type=PARTICLES, default="acrylic", help="particles; none: the paper's law")
 @option("--bead-mm", type=ABOVE_ZERO, default=2.0, help="diameter of the particles [mm]")
 @option("--cell-mm", type=ABOVE_ZERO, help="width of the cells [mm] (that of the core, or 6.35)")
+@option("--attitude", type=ATTITUDE, default="flat", help="of the panel, or gravity in its axes")
+@option("--steady-g", type=STEADY, help="what particles feel in flight besides gravity [g]")
 @option("--table", help="CSV table of measured damping, instead of particles")
 @option("--budget-kg", type=ABOVE_ZERO, help="search layouts of dampers within this mass [kg]")
 @option("--shaker", help="CSV table of base motion, such as gevs_qualification.csv")

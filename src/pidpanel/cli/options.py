@@ -41,15 +41,18 @@ class Commands(Command, click.Group):
 class Numbers(click.ParamType):
     """Finite numbers with a sign between them, such as ``0.4,0.2``."""
 
-    def __init__(self, name: str, words: str, sign: str = ",", least: float = -math.inf) -> None:
-        self.name, self.words, self.sign, self.least = name, words, sign, least
+    def __init__(
+        self, name: str, words: str, sign: str = ",", least: float = -math.inf, **texts: str
+    ) -> None:
+        self.name, self.words, self.sign, self.least, self.texts = name, words, sign, least, texts
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         return self.name
 
     def convert(self, value: Any, param: Any, ctx: Any) -> tuple[float, ...]:
         try:
-            numbers = tuple(float(part) for part in str(value).replace("×", "x").split(self.sign))
+            text = self.texts.get(value, str(value)).replace("×", "x")
+            numbers = tuple(float(part) for part in text.split(self.sign))
         except ValueError:
             numbers = ()
         is_allowed = all(self.least < number < math.inf for number in numbers)
@@ -60,6 +63,9 @@ class Numbers(click.ParamType):
 
 SIZE = Numbers("AxB", "two lengths in m, such as 2.1x1.2", "x", least=0)
 PLACE = Numbers("X,Y", "x,y in m, such as 0.4,0.2")
+STEADY = Numbers("X,Y,Z", "x,y,z in g, such as 0,0,-3")
+WORDS = "flat, upright, or the direction of gravity, such as 0,1,0"
+ATTITUDE = Numbers("flat|upright|X,Y,Z", WORDS, flat="0,0,-1", upright="1,0,0")
 HOLE = Numbers("X,Y,D", "x,y,diameter in m, such as 0.4,0.2,0.1")
 
 

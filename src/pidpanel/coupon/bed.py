@@ -74,7 +74,8 @@ class Bed:
         if self.stroke_per_gap(drive) >= contact.CROSSING:
             return 1.0
         layers = self.fill_fraction * self.packing.depth / self.packing.diameter
-        return contact.deepening(layers, drive.acceleration / STANDARD_GRAVITY)
+        normal = max(self.gravity * abs(self.gravity_direction[2]), STANDARD_GRAVITY)
+        return contact.deepening(layers, drive.acceleration / normal)
 
     @cached_property
     def identity(self) -> str:

@@ -274,7 +274,8 @@ def _constants(
     Left out, W/L is that of a bed that rides: so is a bed shaken loose, which is no result.
     """
     spheres, stiffness = coupon.particles, coupon.stiffness
-    thrown = drive.acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY
+    normal = 1.0 if drive is LOOSENING.drive else max(1.0, abs(coupon.apparent_gravity_g[2]))
+    thrown = drive.acceleration >= stiffness.from_acceleration_g * STANDARD_GRAVITY * normal
     longest, deepest = stiffness.limits(stroke_per_gap)
     modulus = contact.softest_modulus(
         stiffness.choices if thrown else (),

@@ -40,13 +40,13 @@ def extended_atlas(bed: AtlasBed, cases: pd.DataFrame, mass_per_fill: float) -> 
 
     Its processes, given these cases, are those of a surface whose prior is the atlas.
     """
-    log_loss, log_friction, log_width, log_depth, is_upright = bed.shape[0]
+    log_loss, log_friction, log_width, log_depth, across = bed.shape[0]
     rows = dimensionless(cases, bed.depth, bed.gravity, mass_per_fill).assign(
         restitution=np.sqrt(-np.expm1(log_loss)),
         friction=np.exp(log_friction),
         width_per_diameter=np.exp(log_width),
         depth_per_diameter=np.exp(log_depth),
-        direction="upright" if is_upright else "flat",
+        direction=np.sqrt(across),
         state_loss_factors="",
         is_of_atlas=False,
     )

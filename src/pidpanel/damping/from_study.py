@@ -24,7 +24,7 @@ from pidpanel.provenance.results import read_csv, read_netcdf
 from pidpanel.study import Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import COUPLED, BedDamper, Prior
-from pidpanel.study.requirements import direction_of, mistakes_of_coupon
+from pidpanel.study.requirements import mistakes_of_coupon
 from pidpanel.study.stated_dampers import (
     ConstantSection,
     DamperSection,
@@ -176,14 +176,11 @@ def atlas_model(
     from pidpanel.damping.atlas import atlas_bed
     from pidpanel.damping.atlas_files import extended_atlas, read_atlas
 
-    direction = direction_of(coupon)
-    if direction is None:
-        raise DampingError(f"gravity {coupon.apparent_gravity_g} g: not in the atlas")
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0]
     bed = atlas_bed(
         particles.impacts.value, particles.friction, cell.across_flats, cell.depth, diameter,
-        [direction], coupon.gravity / STANDARD_GRAVITY,
+        [coupon.transverse_share], coupon.gravity / STANDARD_GRAVITY,
     )  # fmt: skip
     atlas = read_atlas()
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)

@@ -33,7 +33,7 @@ from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.study.document import Document, section_in
 from pidpanel.study.identify import Identification, Measured
 from pidpanel.study.mistakes import Mistake, Mistakes
-from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION, direction_of
+from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION
 
 MOST_ROWS = 60  # of a measurement
 GAMMA, STROKE = (1.5, 700.0), (1e-5, 20.0)  # ranges of the atlas
@@ -56,7 +56,7 @@ class IdentificationResult:
     @property
     def is_upright(self) -> bool:
         """Whether gravity lies across the motion."""
-        return direction_of(self.identification.coupon) == "upright"
+        return self.identification.coupon.transverse_share == 1
 
     @property
     def outside(self) -> int:
@@ -117,8 +117,7 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
     cell, diameter = coupon.cell, coupon.diameters[0]
     bulk = atlas.bulk_fraction(cell.across_flats / diameter, cell.depth / diameter)
     mass_per_fill = bulk * particles.effective_density(diameter) * cell.depth
-    direction = direction_of(coupon)
-    if direction is None:
+    if coupon.transverse_share not in (0, 1):
         raise Mistakes([Mistake(("coupon", "gravity_direction"), "is not in the atlas")])
     weight = identification.particle_mass_per_area_kg_m2
     mass = weight or mass_per_fill * (identification.fill_fraction or 0.5)
@@ -139,7 +138,13 @@ def _measurement(identification: Identification, atlas: Atlas) -> tuple[Specimen
         message = f"its frequencies are at most {measured.tones.frequency.max():g} Hz, below "
         raise _refusal("file", f"{message}those of the shaker, {low:g} to {high:g} Hz; in kHz?")
     specimen = Specimen(
-        cell.across_flats, cell.depth, diameter, direction, coupon.gravity_g, mass_per_fill, weight
+        cell.across_flats,
+        cell.depth,
+        diameter,
+        coupon.transverse_share,
+        coupon.gravity_g,
+        mass_per_fill,
+        weight,
     )
     if faults := list(_contradictions(identification, specimen, measured, mass)):
         raise Mistakes(faults)

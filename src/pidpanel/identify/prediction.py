@@ -45,7 +45,7 @@ class Specimen:
     @property
     def onset_g(self) -> float:
         """Γ₀, up to which the particles ride along [g]."""
-        return self.gravity if self.direction == "flat" else 0.0
+        return self.gravity if self.direction in ("flat", 0) else 0.0
 
 
 class Tones(NamedTuple):

@@ -132,6 +132,13 @@ class Coupon(SectionModel):
         return (x / size, y / size, z / size) if size else (0.0, 0.0, -1.0)
 
     @property
+    def transverse_share(self) -> float:
+        """Share of `apparent_gravity_g` across the motion, sin² of the angle to it; 0 flat [1]."""
+        x, y, z = self.apparent_gravity_g
+        square = x * x + y * y
+        return square / (square + z * z) if square else 0.0
+
+    @property
     def bed_mass_per_area(self) -> float:
         """Approximate mass per area of the particles at the highest fill [kg/m²].
 

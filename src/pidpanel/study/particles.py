@@ -248,7 +248,8 @@ class Stiffness(SectionModel):
     overlap_per_radius: Share = 0.10
     """Deepest allowed overlap over the radius of a particle."""
     from_acceleration_g: Annotated[float, Quantity(0, 2000)] = 10.0
-    """Contacts are softened from this acceleration amplitude on [g]."""
+    """Contacts are softened from this acceleration amplitude on [g]; times what the bed feels along
+    the motion where that is more than 1 g."""
     crossing: Crossing = Crossing()
     """Stricter limits where a bed may ride or cross its gap."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from pidpanel.study.dampers import BEDS, COUPLED, TONES, BedDamper
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
@@ -236,14 +236,6 @@ WIDTH, DEPTH = (2.0, 10.0), (4.0, 40.0)  # of a cell over the diameter
 REMEDY = "; model: coupled or tones simulates it"
 
 
-def direction_of(coupon: Coupon) -> Literal["flat", "upright"] | None:
-    """Return the direction of gravity, along or across the motion; None if it is neither."""
-    x, y, z = coupon.apparent_gravity_g
-    if x == y == 0:
-        return "flat"
-    return "upright" if z == 0 else None
-
-
 def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
     """Yield what of the dampers that are read from the atlas, or start from it, lies outside."""
     for name, bed in study.beds(*BEDS).items():
@@ -271,10 +263,9 @@ def mistakes_of_steady_acceleration(study: Study) -> Iterator[Mistake]:
             if bed.model == TONES:
                 message = f"not for model: tones; state dampers.{filler}.steady_acceleration_g"
                 yield Mistake(keys, message)
-            elif bed.is_of_atlas and (direction_of(bed) is None or not bed.gravity):
-                total = vector_text(bed.apparent_gravity_g)
-                message = f"the sum with gravity of {filler}, {total} g, must be along or across "
-                yield Mistake(keys, f"{message}the motion for model: atlas{REMEDY}")
+            elif bed.is_of_atlas and not bed.gravity:
+                message = f"must not cancel gravity of {filler} for model: atlas{REMEDY}"
+                yield Mistake(keys, message)
 
 
 def mistakes_of_fill(keys: Keys, fill: float) -> Iterator[Mistake]:
@@ -287,20 +278,18 @@ def mistakes_of_coupon(coupon: Coupon) -> Iterator[Mistake]:
     """Yield what of a coupon lies outside the atlas."""
     particles, cell = coupon.particles, coupon.cell
     diameter = coupon.diameters[0] * 1e3
-    directions = "along the motion, [0, 0, -1], or across it, [1, 0, 0],"
     conditions: Mapping[Keys, tuple[bool, str]] = {
         ("cell", "shape"): (cell.shape == "hexagon", "hexagon"),
         ("particles", "distribution"): (isinstance(particles.distribution, Mono), "kind: mono"),
         ("particles", "rolling_friction"): (particles.rolling_friction == 0, "0"),
         ("particles", "restitution", "law"): (particles.impacts.law == "constant", "constant"),
         ("gravity_g",): (coupon.gravity > 0, "above 0"),
-        ("gravity_direction",): (direction_of(coupon) is not None, directions),
     }
     steady = coupon.steady_acceleration_g
     for keys, (is_met, allowed) in conditions.items():
         if not is_met:
             sum_g = ""
-            if steady is not None and keys in (("gravity_g",), ("gravity_direction",)):
+            if steady is not None and keys == ("gravity_g",):
                 sum_g = f" with steady_acceleration_g = {vector_text(steady)}"
             yield Mistake(keys, f"must be {allowed}{sum_g} for model: atlas{REMEDY}")
     own = {"restitution": particles.impacts.value, "friction": particles.friction}
