@@ -160,8 +160,8 @@ def random_cases(
         stated = _response(case, case.response)
         if case.scenario.label in coupled_errors:
             errors = _of_points(coupled_errors[case.scenario.label])
-            of_inputs = error_parts(case, case.response)[1]  # the last point is the base
-            stated = replace(stated, errors=with_model_error(errors, of_inputs))
+            input_errors = error_parts(case, case.response)[1]  # the last point is the base
+            stated = replace(stated, errors=with_model_error(errors, input_errors))
         random = RandomCase(case.scenario, panel.frequency, stated)
         cases.append(_with_notches(random, case, solver, limits) if limits else random)
     return cases

@@ -123,8 +123,8 @@ def error_parts(
             change = changes.setdefault(tolerance.source, np.zeros((len(points), len(zero))))
             change[load] = tolerance.change(nodes, damper.stated_acceleration_g or gamma)
     inputs = np.array([change.ravel() for change in changes.values()])
-    of_inputs = sensitivity.standard_errors(inputs.T @ inputs) if changes else None
-    return sensitivity.standard_errors(covariance), of_inputs
+    input_errors = sensitivity.standard_errors(inputs.T @ inputs) if changes else None
+    return sensitivity.standard_errors(covariance), input_errors
 
 
 class _Rows:
