@@ -42,7 +42,7 @@ from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.from_study import StudySound, read_response_panel
 from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.refinement import checked_responses
-from pidpanel.response.results import standard_errors
+from pidpanel.response.results import error_parts
 from pidpanel.response.trust import EXTRAPOLATED_SHARE
 from pidpanel.sound.from_study import spectrum_of
 
@@ -131,7 +131,7 @@ def responses(
 
 
 def _rms(case: Any, frequency: np.ndarray) -> Rms:
-    error = standard_errors(case, case.response)
+    error, _ = error_parts(case, case.response)
     psd = case.bare.response.acceleration_psd, case.response.response.acceleration_psd
     between, extrapolated = (
         float(share(case.dampers, case.response, frequency).share_of_change(*psd, frequency).max())

@@ -5,16 +5,21 @@
 A laboratory measures one bed that LIGGGHTS shook. Its C_e and m_a get 3 % of noise (m_a of the mass
 of the particles), its fill fraction an error of 0.01, and its particles are weighed. The atlas is
 made again without all cases in cells and of the friction of the laboratory, with the constants and
-calibration that it has. There are four kinds:
+calibration that it has. There are five kinds:
 
 - several tones: six tones of one bed among the tones of the atlas (three kinds of particles);
 - one tone: a case of the design, each with particles of its own;
 - other particles: four tones of each bed of identify_truth.csv, the rows of
   `workflow/studies/identify_truth.yaml`, which are not in the atlas;
-- twelve tones: all tones of the beds of that table that have so many.
+- twelve tones: all tones of the beds of that table that have so many;
+- sixty: eight tones of forty of those beds, and twenty laboratories that hide something. Five more
+  of those beds are upright and declared flat. Fifteen are those of `identify_spoiled.csv`, the
+  cases of `identify_spoiled.yaml`: particles of two sizes, cohesion, soft walls. Their errors are
+  those of the runs too; tones with errors above half of C_e are not used.
 
 Printed are how often 90 % intervals hold the truth, errors, and CPU times, for each direction of
-gravity. ``--panel`` compares g rms of the launch panel with the true and with the identified
+gravity; of the sixty how many pass with p above 10 %. Names of kinds as arguments choose some.
+``--panel`` compares g rms of the launch panel with the true and with the identified
 particles, both by the damping model `atlas`. Minutes.
 """
 
@@ -34,7 +39,13 @@ import yaml
 import pidpanel
 from pidpanel.damping.atlas import Atlas
 from pidpanel.damping.atlas_files import read_atlas, read_rows
-from pidpanel.identify.posterior import FillPrior, MeasuredDamping, Posterior, identify
+from pidpanel.identify.posterior import (
+    DOUBTFUL_PROBABILITY,
+    FillPrior,
+    MeasuredDamping,
+    Posterior,
+    identify,
+)
 from pidpanel.identify.prediction import Specimen, Tones
 from pidpanel.paths import ATLAS_CASES, ATLAS_CONSTANTS, STUDIES
 from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION
@@ -44,7 +55,8 @@ TONES = 6  # of a laboratory of several
 CELL = ["friction", "width_per_diameter", "depth_per_diameter"]
 BED = [*CELL, "restitution", "fill_fraction", "direction", "diameter_mm", "density_kg_m3"]
 RANGES = RESTITUTION, (float(np.log(FRICTION[0])), float(np.log(FRICTION[1])))
-TRUTH = Path(__file__).with_name("identify_truth.csv")
+TRUTH, SPOILED = (Path(__file__).with_name(f"identify_{name}.csv") for name in ("truth", "spoiled"))
+HONEST = {"flat": 21, "upright": 19}  # of the sixty; the other upright ones are declared flat
 DESIGN = "Atlas of particle beds"
 
 Laboratory = tuple[pd.DataFrame, Atlas]  # its rows, and the atlas without them
@@ -68,6 +80,9 @@ def laboratories(kind: str, folder: Path, rng: np.random.Generator) -> Iterator[
             elif len(rows) > 4:
                 yield rows, read_atlas()
         return
+    if kind == "sixty":
+        yield from ((rows, read_atlas()) for rows in sixty())
+        return
     cases = read_rows(ATLAS_CASES)
     design = cases["source"] == DESIGN
     for _, group in cases[design if kind == "one tone" else ~design].groupby(CELL, sort=False):
@@ -79,6 +94,25 @@ def laboratories(kind: str, folder: Path, rng: np.random.Generator) -> Iterator[
             order = rng.permutation(len(rows))
             for start in range(0, len(rows) - TONES + 1, TONES):
                 yield rows.iloc[order[start : start + TONES]], atlas
+
+
+def sixty() -> Iterator[pd.DataFrame]:
+    """Yield the rows of the sixty laboratories, as declared, with what they hide as ``kind``."""
+    counts = dict.fromkeys(HONEST, 0)
+    for _, rows in read_rows(TRUTH).groupby(BED, sort=False):
+        direction = rows["direction"].iloc[0]
+        if len(rows) <= 4:
+            continue
+        counts[direction] += 1
+        if counts[direction] <= HONEST[direction]:
+            yield rows.head(8).assign(kind="honest")
+        elif direction == "upright":
+            yield rows.head(8).assign(kind="gravity", direction="flat")
+    table = pd.read_csv(SPOILED)
+    own = table["equivalent_damping_error_n_s_m3"] / table["equivalent_damping_n_s_m3"]
+    own_mass = table["apparent_mass_error_kg_m2"] / table["particle_mass_per_area_kg_m2"]
+    table = table.assign(own_error=own, own_mass_error=own_mass)[(own > 0) & (own < 0.5)]
+    yield from (rows for _, rows in table.groupby("laboratory"))
 
 
 def identified(laboratory: Laboratory, rng: np.random.Generator) -> tuple[Posterior, np.ndarray]:
@@ -96,8 +130,9 @@ def identified(laboratory: Laboratory, rng: np.random.Generator) -> tuple[Poster
     apparent = rows["apparent_mass_kg_m2"].to_numpy() + mass * (noise[1] - 1)
     f, gamma = rows["frequency_hz"].to_numpy(), rows["gamma"].to_numpy()
     tones = Tones(f, gamma, np.zeros(len(rows), bool))
+    own, own_mass = (rows.get(f"own_{name}error", 0.0 * f) for name in ("", "mass_"))
     measured = MeasuredDamping(
-        tones, damping, NOISE * damping, apparent, np.full(len(rows), NOISE * mass)
+        tones, damping, np.hypot(NOISE, own) * damping, apparent, np.hypot(NOISE, own_mass) * mass
     )
     stated = float(np.clip(truth[2] + FILL_ERROR * rng.standard_normal(), *FILLS))
     return identify(atlas, specimen, measured, FillPrior(*FILLS, stated, FILL_ERROR), RANGES), truth
@@ -105,7 +140,7 @@ def identified(laboratory: Laboratory, rng: np.random.Generator) -> tuple[Poster
 
 def row_of(posterior: Posterior, truth: np.ndarray) -> dict[str, Any]:
     """Return truth, estimate and interval of each parameter."""
-    row: dict[str, Any] = {"explained": posterior.is_explained}
+    row: dict[str, Any] = {"explained": posterior.is_explained, "p": posterior.probability}
     for axis, name in enumerate(("e", "log_friction", "fill")):
         known = posterior.estimate(axis)
         row |= {
@@ -178,7 +213,8 @@ def describe(kind: str, results: pd.DataFrame) -> None:
 def main() -> None:
     """Print the numbers of docs/identify.md."""
     print(f"atlas of {len(read_rows(ATLAS_CASES))} cases")
-    for kind in ("several tones", "one tone", "other particles", "twelve tones"):
+    kinds = ("several tones", "one tone", "other particles", "twelve tones", "sixty")
+    for kind in [kind for kind in kinds if kind in sys.argv] or kinds:
         rng, rows = np.random.default_rng(5), []
         with tempfile.TemporaryDirectory() as folder:
             for laboratory in laboratories(kind, Path(folder), rng):
@@ -188,7 +224,8 @@ def main() -> None:
                 rows.append(
                     {
                         **row, "seconds": time.process_time() - start,
-                        "particles": tuple(first[[*CELL, "restitution"]]),
+                        "particles": tuple(first[["across_flats_mm", "friction", "restitution"]]),
+                        "hides": first.get("kind", ""),
                         "width": first["across_flats_mm"], "depth": first["depth_mm"],
                         "diameter": first["diameter_mm"], "density": first["density_kg_m3"],
                         "direction": first["direction"],
@@ -198,6 +235,12 @@ def main() -> None:
         describe(kind, results)
         for direction, part in results.groupby("direction"):
             describe(f"{kind}, {direction}", part)
+        if kind == "sixty":
+            for hidden, part in results.groupby("hides"):
+                passes = part["p"] > DOUBTFUL_PROBABILITY
+                print(f"{hidden}: {passes.sum()} of {len(part)} pass; p", *part["p"].round(3))
+                describe(str(hidden), part)
+            describe("all that pass", results[results["p"] > DOUBTFUL_PROBABILITY])
 
 
 if __name__ == "__main__":

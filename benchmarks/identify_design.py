@@ -1,15 +1,19 @@
 """Hidden particles of the laboratories of `benchmarks/identify.py`, and the tones they measure.
 
     python benchmarks/identify_design.py > workflow/studies/identify_truth_cases.csv
+    python benchmarks/identify_design.py --spoiled > benchmarks/identify_spoiled_cases.csv
 
 A laboratory has one cell, one fill fraction and particles whose e and μ it does not know, and
 measures `STROKES` tones. Points are those of a Sobol sequence; a laboratory stays whole only if
 all of its tones can be simulated in a few seconds. The second half of the laboratories measure
 `ROUNDS` times as many.
+
+Spoiled laboratories hide particles of two sizes, cohesion or soft walls, in turn (`spoiled`).
 """
 
 import csv
 import sys
+from typing import Any
 
 import numpy as np
 from atlas_design import Groups, cell_count, exclusion, full_cell, row_of, steps_per_cycle
@@ -69,8 +73,55 @@ def further_tones(
     return tones
 
 
+def spoiled(kind: str, draw: np.ndarray) -> dict[str, float]:
+    """Return what a laboratory hides, as keys of the coupon, from a point (4,) of the unit cube.
+
+    A share by number of smaller spheres; cohesion (SJKR) at which spheres of 100 MPa stick below
+    0.05 to 0.3 m/s; walls of 0.5 to 3 MPa for spheres of 50 MPa.
+    """
+    second, share, sticking, walls = 1 + 0.4 * draw[0], 0.3 + 0.4 * draw[1], *6 ** draw[2:]
+    modulus = {"two sizes": 3200, "cohesion": 100.0, "soft walls": 50.0}[kind]
+    # well of Hertz and cohesion, of energy 0.2π (1.5π)⁴ Ω⁵ R*³/E*⁴, R* half of the radius
+    effective, energy = modulus * 1e6 / (2 * (1 - 0.35**2)), 0.25 * (0.05 * sticking) ** 2
+    energy *= USUAL.density * np.pi / 6 * 8e-9
+    cohesion = (energy * effective**4 / (0.2 * np.pi * (1.5 * np.pi) ** 4 * 0.5e-3**3)) ** 0.2
+    sizes = kind == "two sizes"
+    return {
+        "particles.distribution.second_mm": round(second, 3) if sizes else 2.0,
+        "particles.distribution.second_share": round(share, 3) if sizes else 0.5,
+        "deck_values.cohesion": float(f"{cohesion:.4g}") if kind == "cohesion" else 0.0,
+        "deck_values.wall_softness": round(0.5 * walls / modulus, 5) if kind[0] == "s" else 1.0,
+        "particles.youngs_modulus_mpa": modulus,
+    }
+
+
+def write_spoiled() -> None:
+    """Write the table of cases of the laboratories that hide something, five of each kind."""
+    rows: list[dict[str, Any]] = []
+    rng = np.random.default_rng(21)
+    kinds = ("two sizes", "cohesion", "soft walls")
+    count, hidden = 0, [kind for _ in range(5) for kind in kinds]
+    for point in qmc.Sobol(d=6 + 2 * len(STROKES), scramble=True, rng=20).random(1024):
+        tones = laboratory(point)
+        if count == len(hidden) or not all(is_quick(groups, USUAL) for groups in tones):
+            continue
+        tones += further_tones(point, USUAL, rng)[:2]
+        hides = spoiled(hidden[count], rng.random(4))
+        count += 1
+        usual = {"accuracy.seeds": 1, "accuracy.max_cycles": 120}
+        if hides["particles.youngs_modulus_mpa"] < USUAL.youngs_modulus / 1e6:
+            usual["stiffness.choices_mpa"] = hides["particles.youngs_modulus_mpa"]
+        rows += [row_of(groups, USUAL) | hides | usual for groups in tones]
+    writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+
+
 def main() -> None:
     """Write the table of cases."""
+    if "--spoiled" in sys.argv:
+        write_spoiled()
+        return
     sphere, rows, count = USUAL, [], 0
     further: dict[str, list[Groups]] = {"flat": [], "upright": []}
     draws = {"flat": np.random.default_rng(8), "upright": np.random.default_rng(9)}

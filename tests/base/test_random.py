@@ -158,7 +158,7 @@ def test_errors_of_the_force_are_in_place_of_its_momentum_with_those_of_the_mode
     # a force of which damping takes 3/4 of the PSD, half of the rms value
     stated = StandardErrors(np.array([[1.0, 2, 3, 4, 5]] * 2), np.arange(1.0, 6), np.ones(1))
     model = StandardErrors(np.zeros((2, 4)), np.zeros(4), np.zeros(1))
-    monkeypatch.setattr(random, "standard_errors", lambda *_: stated)
+    monkeypatch.setattr(random, "error_parts", lambda *_: (stated, None))
     monkeypatch.setattr(random, "force_slopes", lambda *_: None)
     monkeypatch.setattr(random, "model_error_of", lambda *_: model)
     monkeypatch.setattr(random, "broadband_error_of", lambda _: BroadbandError(4 / np.log(2), 3.0))
@@ -187,7 +187,10 @@ def test_errors_of_coupled_runs_are_those_of_their_own_cases(monkeypatch):
     panel = SimpleNamespace(
         solver=lambda: SimpleNamespace(with_lines=lambda *_: None), frequency=LINES
     )
-    errors = {"a": StandardErrors(np.ones((2, 1)), np.ones(1), np.ones(0))}
+    errors = {"a": StandardErrors(np.ones((2, 1)), np.ones(1), np.ones(1))}
+    # of the point and, last, of the base
+    inputs = StandardErrors(np.full((2, 2), 0.75), np.full(2, 0.75), np.zeros(1))
+    monkeypatch.setattr(random, "error_parts", lambda *_: (None, inputs))
     made = random.random_cases(panel, np.zeros(0), [], [], errors)
     assert [case.stated.errors is None for case in made] == [False, True]
-    np.testing.assert_array_equal(made[0].stated.errors.log_rms, [1, np.nan])
+    np.testing.assert_array_equal(made[0].stated.errors.log_rms, [1.25, np.nan])

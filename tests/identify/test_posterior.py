@@ -9,6 +9,7 @@ from scipy.stats import t as student
 
 from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.identify.posterior import (
+    MISFITS,
     FillPrior,
     MeasuredDamping,
     Posterior,
@@ -62,18 +63,20 @@ def test_a_fill_fraction_that_is_not_known_is_found():
     assert free.estimate(2).low < 0.5 < free.estimate(2).high
 
 
-def test_weights_are_those_of_students_t_of_each_value():
+def test_weights_are_those_of_students_t_of_each_value_and_of_all_misfits():
     measured, axes = drawn(4, factor=1.3), (np.array([0.5, 0.6]), np.log([0.2, 0.3]), np.r_[0.5])
     posterior = grid_posterior(ATLAS, SPECIMEN, measured, EXACT, axes)
-    predicted = predict(ATLAS, SPECIMEN, posterior.particles, TONES)
+    predicted = predict(ATLAS, SPECIMEN, posterior.particles, TONES, measured.values)
     expected, chi_square = [], []
-    for mean, covariance, scale in zip(*predicted, strict=True):
+    for mean, covariance, scale, log_states in zip(*predicted, strict=True):
         sigma = covariance * np.outer(scale, scale) + np.diag(measured.errors**2)
         sd = np.sqrt(np.diag(sigma))
         correlation = sigma / np.outer(sd, sd)
         z = inv(sqrtm(correlation)) @ ((measured.values - mean) / sd)
-        density = student.pdf(z, 5).prod() / sd.prod() / np.sqrt(np.linalg.det(correlation))
-        expected.append(density)
+        # scaled by s, with the prior 1/s over ln s
+        density = sum(student.pdf(z / s, 5).prod() / s ** (len(z) + 1) for s in MISFITS)
+        density /= sd.prod() * np.sqrt(np.linalg.det(correlation))
+        expected.append(density * np.exp(log_states.sum()))
         chi_square.append(z @ z)
     expected = np.array(expected) / np.sum(expected)
     np.testing.assert_allclose(posterior.weights.ravel(), expected, rtol=1e-8)
@@ -99,6 +102,42 @@ def test_the_probability_is_that_of_students_t():
     known = with_fills(0.5)
     assert with_fills(0.4, 0.6).probability == alone.probability
     assert known.probability == replace(alone, count=5).probability > 1.5 * alone.probability
+
+
+def test_what_the_model_does_not_know_widens_the_intervals():
+    consistent = drawn(6)
+    factor = np.array([1, 1, 3, 1 / 3, 3, 1 / 3])
+    damping, error = consistent.damping * factor, consistent.damping_error * factor
+    apart = replace(consistent, damping=damping, damping_error=error)
+    good, poor = (identify(ATLAS, SPECIMEN, m, EXACT, RANGES) for m in (consistent, apart))
+    assert good.probability > 0.1 > poor.probability
+    widths = [
+        [p.estimate(axis).high - p.estimate(axis).low for axis in range(2)] for p in (good, poor)
+    ]
+    assert widths[1][0] > 1.3 * widths[0][0] and widths[1][1] > 1.3 * widths[0][1]
+
+
+def test_particles_explain_a_tone_in_another_state_of_motion():
+    usual = predict(ATLAS, SPECIMEN, TRUE[None], TONES)
+    bed = SPECIMEN.bed(TRUE[:1], np.exp(TRUE[1:2]))
+    points = bed.points(np.full(6, 0.5), TONES.frequency, TONES.acceleration_g)
+    log_damping, mass = ATLAS.damping_of(bed, 1.0).surface.mixtures(points)
+    assert log_damping.crossing[1] < 0.1  # at W/L = 0.2 the atlas expects the bed to ride
+    values = usual.mean[0].copy()
+    step = 1 - log_damping.crossing[1]
+    values[1] += step * log_damping.step[1]
+    values[7] += step * mass.step[1] * 6.0 * (1 - 1 / 40**2)
+    error = 0.03 * np.exp(values[:6])
+    measured = MeasuredDamping(TONES, np.exp(values[:6]), error, values[6:], np.full(6, 0.18))
+    states = predict(ATLAS, SPECIMEN, TRUE[None], TONES, measured.values)
+    np.testing.assert_allclose(states.mean[0], values, rtol=1e-6)
+    assert (states.log_states[0] < np.log(0.5)).tolist() == [False, True, *4 * [False]]
+    posterior = identify(ATLAS, SPECIMEN, measured, EXACT, RANGES)
+    assert posterior.probability > 0.5
+    assert all(
+        posterior.estimate(axis).low < TRUE[axis] < posterior.estimate(axis).high
+        for axis in range(2)
+    )
 
 
 def test_values_that_were_not_measured_do_not_count():

@@ -11,6 +11,7 @@ from pidpanel.study.choice import Choice, keys_of
 from pidpanel.study.damping_ratio import DampingRatios
 from pidpanel.study.identify import Identification
 from pidpanel.study.panel import Panel
+from pidpanel.study.stated_number import OrStated
 from pidpanel.study.sweep import Range, Sweep
 
 
@@ -40,7 +41,7 @@ def choices(annotation, metadata=(), seen=None):
 
 def chooses(metadata):
     return any(
-        isinstance(one, Choice | Discriminator)
+        isinstance(one, Choice | Discriminator | OrStated)
         or (isinstance(one, FieldInfo) and one.discriminator is not None)
         for one in metadata
     )

@@ -1,6 +1,7 @@
 """Layouts and families, their dampers and damping models: what they mean, what is refused."""
 
 import copy
+import pickle
 import tempfile
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import yaml
 
 from pidpanel.coupon.from_study import cases_by_coupon, distinct_cases
 from pidpanel.study import load_study
+from pidpanel.study.scenarios import Family, Filling, Scenario
+from pidpanel.study.stated_number import error_of
 
 STUDIES = Path(__file__).parents[2] / "workflow" / "studies"
 SMOKE = yaml.safe_load((STUDIES / "smoke.yaml").read_text())
@@ -158,3 +161,14 @@ def test_coupons_share_their_cases_and_a_shared_one_is_as_accurate_as_both_ask(l
     left = [case for label, case in found["acrylic"].items() if label not in shared]
     assert {case.relative_error for case in left} == {0.25}
     assert len(distinct_cases(study)) == 12
+
+
+def test_a_fill_fraction_with_an_error_is_a_number():
+    family = Family(patch="A", fill_fraction=[0.3, {"value": 0.5, "error": 0.02}])
+    assert family.fill_fraction == (0.3, 0.5)
+    assert [error_of(fill) for fill in family.fill_fraction] == [0.0, 0.02]
+    # as are copies, and labels
+    filling = Filling(fill_fraction=family.fill_fraction[1])
+    assert error_of(pickle.loads(pickle.dumps(filling)).fill_fraction) == 0.02
+    scenario = Scenario.of_patch("A", filling, None, has_dampers=False)
+    assert scenario.label == "A_r0.5" and error_of(scenario.fillings["A"].fill_fraction) == 0.02

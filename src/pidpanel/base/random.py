@@ -18,7 +18,7 @@ from pidpanel.response.model_error import (
     with_model_error,
 )
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.response.results import standard_errors
+from pidpanel.response.results import error_parts
 from pidpanel.solve.base_motion import BaseExcitation
 from pidpanel.solve.layout import LayoutResponse, solve_with
 from pidpanel.solve.model import UnstableDamping
@@ -159,7 +159,9 @@ def random_cases(
             continue
         stated = _response(case, case.response)
         if case.scenario.label in coupled_errors:
-            stated = replace(stated, errors=_of_points(coupled_errors[case.scenario.label]))
+            errors = _of_points(coupled_errors[case.scenario.label])
+            input_errors = error_parts(case, case.response)[1]  # the last point is the base
+            stated = replace(stated, errors=with_model_error(errors, input_errors))
         random = RandomCase(case.scenario, panel.frequency, stated)
         cases.append(_with_notches(random, case, solver, limits) if limits else random)
     return cases
@@ -243,7 +245,8 @@ def _errors(case: SolvedCase, response: LayoutResponse, force: Array) -> Standar
     """Return the errors of the points, then of the force, from those of the damping."""
     if case.scenario.is_coupled or not case.dampers:
         return None
-    stated = standard_errors(case, response, force_slopes(case.solver, response, force))
+    slopes = force_slopes(case.solver, response, force)
+    stated = with_model_error(*error_parts(case, response, slopes))
     if stated is not None:  # before the force is 1ᵀM u, in the place of a point
         stated = replace(
             stated,

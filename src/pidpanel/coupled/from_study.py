@@ -91,7 +91,7 @@ def depends_on(study: Study, label: str) -> dict[str, Any]:
     dampers = {str(filling.damper) for filling in scenario.fillings.values()}
     unused = {"sweep", "accuracy", "prior", "like"}
     response = {"frequency_hz", "damper_mass", "radiation", "air_mass"}
-    return {
+    values = {
         "scenario": scenario.model_dump(),
         "coupled": study.damping.coupled.model_dump(),
         "dampers": [study.dampers[name].model_dump(exclude=unused) for name in sorted(dampers)],
@@ -99,6 +99,18 @@ def depends_on(study: Study, label: str) -> dict[str, Any]:
         **_excitation_values(study),
         "response": study.response.model_dump(include=response),
     }
+    return dict(_without_errors(values))
+
+
+def _without_errors(values: Any) -> Any:
+    """Return values without the standard errors of inputs, on which no run depends."""
+    if isinstance(values, Mapping) and values.get("law") == "constant" and "value" in values:
+        return float(values["value"])  # of a restitution
+    if isinstance(values, Mapping):
+        return {key: _without_errors(item) for key, item in values.items() if key != "error"}
+    if isinstance(values, list | tuple):
+        return [_without_errors(item) for item in values]
+    return float(values) if isinstance(values, float) else values
 
 
 def _excitation_values(study: Study) -> dict[str, Any]:

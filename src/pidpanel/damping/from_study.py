@@ -6,6 +6,7 @@ The only module of the stage that knows what a study is.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,17 +15,17 @@ from pidpanel.columns import ColumnsError
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.damping.interpolation import Interpolation
 from pidpanel.damping.laws import ConstantDamper, PaperLaw
-from pidpanel.damping.models import Damper, DampingError
-from pidpanel.damping.table_files import IMAGINARY, MASS, PARTICLE_MASS, read_columns
+from pidpanel.damping.models import Damper, DampingError, Tolerance
+from pidpanel.damping.table_files import FILL, IMAGINARY, MASS, PARTICLE_MASS, read_columns
 from pidpanel.damping.tables import TableDamping
 from pidpanel.paths import of_damper
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.provenance.results import read_csv, read_netcdf
-from pidpanel.study import Study
+from pidpanel.study import Scenario, Study
 from pidpanel.study.coupon import Coupon
 from pidpanel.study.dampers import COUPLED, BedDamper, Prior
-from pidpanel.study.requirements import mistakes_of_coupon
+from pidpanel.study.requirements import ATLAS_RANGES, mistakes_of_coupon
 from pidpanel.study.stated_dampers import (
     ConstantSection,
     DamperSection,
@@ -34,6 +35,7 @@ from pidpanel.study.stated_dampers import (
     TableDamper,
     WeighsAs,
 )
+from pidpanel.study.stated_number import error_of
 
 if TYPE_CHECKING:  # pandas, xarray and scipy.optimize, which a table does not need
     import pandas as pd
@@ -193,6 +195,33 @@ def atlas_model(
         atlas = extended_atlas(bed, surface.cases, mass_per_fill)
     damping = replace(atlas.damping_of(bed, mass_per_fill), sphere=sphere)
     return damping.under_sound() if is_broadband else damping
+
+
+def tolerances_of(study: Study, scenario: Scenario, patch: str) -> tuple[Tolerance, ...]:
+    """Return the inputs of a patch with errors; those of particles are common to a damper."""
+    bed, filling = study.damper_in(scenario, patch), scenario.fillings[patch]
+    if not isinstance(bed, BedDamper) or (fill := filling.fill_fraction) is None:
+        return ()
+    particles = bed.particles
+    stated = {"restitution": particles.impacts, "friction": particles.friction, FILL: fill}
+
+    @cache
+    def model_at(key: str, value: float) -> tuple[Damper, float]:
+        changed = particles.model_copy(update={} if key == FILL else {key: value})
+        model = atlas_model(bed.model_copy(update={"particles": changed}), is_broadband=True)
+        return model, value if key == FILL else fill
+
+    return tuple(
+        Tolerance(
+            f"{key} of {patch if key == FILL else filling.damper}",
+            fill if key == FILL else particles.constant(key),
+            error_of(number),
+            ATLAS_RANGES[key],
+            partial(model_at, key),
+        )
+        for key, number in stated.items()
+        if error_of(number)
+    )
 
 
 def compare_measured(coupon: Coupon, file: Path, cases: pd.DataFrame) -> pd.DataFrame:

@@ -8,8 +8,9 @@ surface of simulated cases (`surface`), a table (`tables`), constants and the pa
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -154,6 +155,31 @@ class Dashpot(Damper):
         return self._damper.is_near_jump(frequency, fill_fraction, acceleration_g)
 
 
+class Tolerance(NamedTuple):
+    """An input of a bed with its standard error: one unknown number for all frequencies."""
+
+    source: str  # name of the input; loads of one source change together
+    value: float
+    error: float
+    allowed: tuple[float, float]  # range of the atlas
+    model_at: Callable[[float], tuple[Damper, float]]  # value → atlas and r
+
+    def change(self, frequency: Array, acceleration_g: float) -> Array:
+        """Return the change (2n,) of ln C_e, then of m_a [kg/m²], by one standard error at Γ.
+
+        It is a central difference of the atlas, whatever the damping model of the bed.
+        """
+        ends = np.clip(self.value + np.array([-1, 1]) * self.error, *self.allowed)
+        low, high = (
+            model(frequency, fill, acceleration_g)
+            for model, fill in map(self.model_at, ends.tolist())
+        )
+        # no change where neither dissipates
+        logs = (np.log(np.maximum(end.equivalent_damping, 1e-3)) for end in (low, high))
+        step = np.concatenate([-np.subtract(*logs), high.apparent_mass - low.apparent_mass])
+        return np.asarray(step * self.error / (ends[1] - ends[0]))
+
+
 # Γ at which the mass of a damper is taken before its motion is known.
 MOTIONS_G = (1.0, 10.0, 100.0, 1000.0)
 
@@ -167,6 +193,7 @@ class FilledDamper:
     fill_fraction: float | None = None  # r; None where the damper has none
     # Γ at which it is evaluated whatever the motion; None for that of the motion
     stated_acceleration_g: float | None = None
+    tolerances: tuple[Tolerance, ...] = ()  # errors of its particles and fill
 
     @property
     def fill(self) -> float:

@@ -274,7 +274,7 @@ def _predictions(
     """Return measured values and those of the atlas with the identified particles."""
     tones, n = measured.tones, len(measured.tones.frequency)
     particles = posterior.best[None]
-    predicted = predict(atlas, specimen, particles, tones)
+    predicted = predict(atlas, specimen, particles, tones, measured.values)
     error = np.sqrt(np.diagonal(predicted.covariance[0]))
     score = (measured.values - predicted.mean[0]) / np.hypot(error, measured.errors)
     damping = np.exp(predicted.mean[0, :n])
@@ -301,6 +301,7 @@ def _predictions(
             f"atlas_{ERRORS[MASS]}": error[n:],
             "mass_difference_over_error": score[n:],
             "inside": in_range[0] & in_range[1],
+            "is_other_state": predicted.log_states[0] < np.log(0.5),
         }
     )
 

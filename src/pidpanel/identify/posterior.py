@@ -7,7 +7,8 @@ with its covariance, and N the errors of the measurement,
 
 with Σ_ij = σ_i σ_j S_ij + N_ij, its diagonal D and its correlations C. Errors of the atlas are
 Student's t with ν = `DOF`, each with outliers of its own; σ is their scale over the calibrated
-error (`Atlas.student_scale`).
+error (`Atlas.student_scale`). What the model does not know makes all errors s times as large: L is
+the sum over s ≥ 1 of `MISFITS`, z over s, with the prior 1/s over ln s.
 
 The prior is uniform in e and ln μ over the range of the atlas, and uniform or normal in r. A coarse
 grid locates the posterior, a fine one over that box resolves it. One set of particles is named,
@@ -23,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
+from scipy.special import logsumexp
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import DOF, Atlas
@@ -33,7 +35,8 @@ NEGLIGIBLE = 1e-3  # share of the largest marginal density below which the fine 
 CREDIBILITY = 0.9  # probability of an interval
 SAMPLES = 20_000  # random samples for the probability of χ²
 LEAST_PROBABILITY = 0.01  # probability of χ² below which no particles explain a measurement
-DOUBTFUL_PROBABILITY = 0.05  # below which they hardly do
+DOUBTFUL_PROBABILITY = 0.1  # below which they hardly do
+MISFITS = np.geomspace(1.0, 8.0, 12)  # s, factors on all errors
 NEARLY_PRIOR = 0.8  # share of the prior's interval from which on a test determines nothing
 CUT_DENSITY = 0.2  # relative density at the end of a range above which an interval is truncated
 FILL_SPAN_ERRORS = 3.0  # half width of the grid in r, in standard errors
@@ -231,7 +234,7 @@ def grid_posterior(
 ) -> Posterior:
     """Return the posterior on a grid."""
     particles = grid_points(axes)
-    predicted = predict(atlas, specimen, particles, measured.tones)
+    predicted = predict(atlas, specimen, particles, measured.tones, measured.values)
     used = np.flatnonzero(np.isfinite(measured.values))
     noise = np.diag(measured.errors[used] ** 2)
     covariance = noise + predicted.student_covariance[:, used[:, None], used]
@@ -240,8 +243,10 @@ def grid_posterior(
     deviation = (measured.values[used] - predicted.mean[:, used]) / scale
     whitened = (deviation[:, None] @ eigenvectors) / np.sqrt(variance)[:, None]
     square = (whitened @ eigenvectors.swapaxes(1, 2))[:, 0] ** 2
-    log = -0.5 * (DOF + 1) * np.log1p(square / DOF).sum(axis=1)
-    log += fill.log_density(particles[:, 2])
+    scaled = np.log1p(square / (DOF * MISFITS[:, None, None] ** 2)).sum(axis=2)
+    prior = (len(used) + 1) * np.log(MISFITS)[:, None]
+    log = logsumexp(-0.5 * (DOF + 1) * scaled - prior, axis=0)
+    log += fill.log_density(particles[:, 2]) + predicted.log_states.sum(axis=1)
     log -= np.log(scale).sum(axis=1) + 0.5 * np.log(variance).sum(axis=1)
     weights = np.exp(log - log.max()).reshape([len(axis) for axis in axes])
     for axis, x in enumerate(axes):

@@ -4,13 +4,13 @@ It replaces the damping model of one coupon (`damping.atlas.AtlasDamping`): part
 μ and r from row to row, and errors of the atlas are common to neighbouring tones.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.atlas import REGIMES, Atlas, AtlasBed, Direction, atlas_bed
+from pidpanel.damping.atlas import DOF, REGIMES, Atlas, AtlasBed, Direction, atlas_bed
 from pidpanel.damping.broadband import LOG_DAMPING_ERROR, broadband_share, broadband_stroke
 from pidpanel.damping.sides import Mixture, joint_covariance
 from pidpanel.damping.surface_cases import onset
@@ -19,6 +19,8 @@ BULK_ERROR = 0.03  # relative, of the bulk fraction of a full cell that the atla
 # Errors of several values of a bed, along a change of e, over those of each value: 1.20 ± 0.10 of
 # 135 packings that the atlas did not have (`benchmarks/identify_common.py`)
 JOINT_SCALE = 1.2
+# W/L of tones that may be in another state of motion, and the prior probability of each state
+STATES, OTHER_STATE = (0.05, 1.0), 0.02
 BLOCK = 800  # points that are predicted at once; their kernels fit in the cache
 
 
@@ -62,6 +64,7 @@ class Prediction(NamedTuple):
     mean: Array  # (b, 2n)
     covariance: Array  # (b, 2n, 2n)
     student_scale: Array  # (b, 2n) as `Atlas.student_scale`, of several values
+    log_states: Array  # (b, n) ln of the prior probability of the states of motion
 
     @property
     def student_covariance(self) -> Array:
@@ -69,13 +72,18 @@ class Prediction(NamedTuple):
         return self.covariance * self.student_scale[:, :, None] * self.student_scale[:, None, :]
 
 
-def predict(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) -> Prediction:
+def predict(
+    atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones, values: Array | None = None
+) -> Prediction:
     """Predict a damper with each of several particles from the atlas.
 
     Parameters
     ----------
     particles
         (b, 3) e, ln μ and r.
+    values
+        (2n,) measured ln C_e, then m_a. A tone near the jump is then taken as riding, or as
+        crossing, where that explains it better.
 
     Returns
     -------
@@ -85,13 +93,15 @@ def predict(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) ->
     """
     step = max(1, BLOCK // len(tones.frequency))
     blocks = [
-        _predict_block(atlas, specimen, particles[start : start + step], tones)
+        _predict_block(atlas, specimen, particles[start : start + step], tones, values)
         for start in range(0, len(particles), step)
     ]
     return Prediction(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
 
 
-def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones) -> Prediction:
+def _predict_block(
+    atlas: Atlas, specimen: Specimen, particles: Array, tones: Tones, measured: Array | None
+) -> Prediction:
     count, n = len(particles), len(tones.frequency)
     restitution, log_friction, fill = np.repeat(particles, n, axis=0).T
     frequency, gamma = np.tile(tones.frequency, count), np.tile(tones.acceleration_g, count)
@@ -107,8 +117,15 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     if specimen.particle_mass is None:
         weight = specimen.mass_per_fill * fill
     h = onset(gamma, bed.onset_g)
-    log_damping = np.log(weight * h * frequency) + mixtures[0].mean
-    log_damping += np.where(is_broadband.ravel(), np.log(broadband_share(stroke, fill)), 0.0)
+    level = np.log(weight * h * frequency)
+    level += np.where(is_broadband.ravel(), np.log(broadband_share(stroke, fill)), 0.0)
+    log_states = np.zeros(len(points))
+    if measured is not None:
+        values = np.tile(measured.reshape(2, n), count)
+        values = np.array([values[0] - level, (values[1] / weight - 1 + h) / h])
+        tone_stroke = np.where(is_broadband.ravel(), 0.0, stroke)
+        mixtures, log_states = _in_states(atlas, mixtures, values, tone_stroke)
+    log_damping = level + mixtures[0].mean
     mass = weight * (h * mixtures[1].mean + 1 - h)
     mean = np.hstack([log_damping.reshape(count, n), mass.reshape(count, n)])
     first, second = (_by_particles(mixture, n) for mixture in mixtures)
@@ -124,7 +141,28 @@ def _predict_block(atlas: Atlas, specimen: Specimen, particles: Array, tones: To
     covariance += _common(LOG_DAMPING_ERROR * np.hstack([is_broadband, rest]))
     if specimen.particle_mass is None:
         covariance += _common(BULK_ERROR * np.hstack([rest + 1, mean[:, n:]]))
-    return Prediction(mean, covariance, student)
+    return Prediction(mean, covariance, student, log_states.reshape(count, n))
+
+
+def _in_states(
+    atlas: Atlas, mixtures: list[Mixture], measured: Array, stroke: Array
+) -> tuple[list[Mixture], Array]:
+    """Return the mixtures, in another state where that explains more, and ln of its prior (n,)."""
+    crossing = mixtures[0].crossing.copy()
+    near = (stroke > STATES[0]) & (stroke < STATES[1]) & (crossing > 0)
+    states = np.array([crossing[near], *np.mgrid[:2, : near.sum()][0]])
+    log_prior = np.log([1 - 2 * OTHER_STATE, OTHER_STATE, OTHER_STATE])
+    scores = np.repeat(log_prior[:, None], near.sum(), axis=1)
+    for sides, mixture, values in zip((atlas.damping, atlas.mass), mixtures, measured, strict=True):
+        points, _, riding, step, restless = vars(mixture).values()
+        for score, state in zip(scores, states, strict=True):
+            definite = Mixture(points[near], state, riding[near], step[near], restless[:, near])
+            scale = np.sqrt(sides.variance(definite))
+            square = np.nan_to_num(((values[near] - definite.mean) / scale) ** 2)
+            score -= 0.5 * (DOF + 1) * np.log1p(square / DOF) + np.log(scale)
+    choice, log_states = scores.argmax(axis=0), np.full(len(near), log_prior[0])
+    crossing[near], log_states[near] = np.choose(choice, states), log_prior[choice]
+    return [replace(mixture, crossing=crossing) for mixture in mixtures], log_states
 
 
 def _by_particles(mixture: Mixture, n: int) -> Mixture:

@@ -20,7 +20,7 @@ from pidpanel.response.cases import ResponseScenario, SolvedCase, plan_cases, st
 from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.panel import ExcitationSource, ResponsePanel
 from pidpanel.response.refinement import checked_responses
-from pidpanel.response.results import standard_errors
+from pidpanel.response.results import error_parts
 from pidpanel.solve.base_motion import SupportedPanel, supported_panel
 from pidpanel.solve.basis_error import basis_shapes, refined
 from pidpanel.solve.model import PanelResponse
@@ -66,7 +66,8 @@ def static_shapes(basis: PanelBasis, plate: StoredPlate, tolerance: float) -> Ar
 def finalist(case: SolvedCase, basis_error: float) -> Finalist:
     """Return a layout from its case."""
     response = steady(case.response)
-    errors = with_model_error(standard_errors(case, response), model_error_of(case, response))
+    errors = with_model_error(*error_parts(case, response))
+    errors = with_model_error(errors, model_error_of(case, response))
     damped, bare = response.response, case.bare.response
     dead = bare if case.dead_weight is None else case.dead_weight.response
     log_rms = np.zeros(damped.acceleration_rms.shape) if errors is None else errors.log_rms

@@ -75,6 +75,8 @@ def by_content(value: Any) -> Any:
         return {key: by_content(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [by_content(item) for item in value]
+    if error := getattr(value, "error", 0.0):  # of `study.base.Tolerated`
+        return {"value": float(value), "error": error}
     return value
 
 

@@ -24,7 +24,8 @@ def summary_section(study: Study, summary: pd.DataFrame) -> PageSection:
         name = names[scenario.label]
         if name == scenario.label and not scenario.is_bare:
             name += f" ({scenario.filling_text})"
-        row = dict.fromkeys(STRETCHED, np.nan) | by_key[scenario.label, point]
+        columns = *STRETCHED, "tolerance_error_db"
+        row = dict.fromkeys(columns, np.nan) | by_key[scenario.label, point]
         row |= decimals[row["damping_source"]]
         rows.append({**row, "name": name, "is_bare": scenario.is_bare})
     values = {"rows": rows, "in_plane_edges": study.panel.in_plane_edges}

@@ -12,7 +12,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.damping.coupled import read_coupled
-from pidpanel.damping.from_study import dampers_of, with_mass_of
+from pidpanel.damping.from_study import dampers_of, tolerances_of, with_mass_of
 from pidpanel.damping.laws import ConstantDamper
 from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.panel.basis import PanelBasis
@@ -153,7 +153,9 @@ def scenario_of(
         1.0,
         {
             patch: FilledDamper(
-                *damper_of(label, patch, study.damper_name(scenario, patch)), filling.fill_fraction
+                *damper_of(label, patch, study.damper_name(scenario, patch)),
+                filling.fill_fraction,
+                tolerances=tolerances_of(study, scenario, patch),
             )
             for patch, filling in scenario.fillings.items()
         },

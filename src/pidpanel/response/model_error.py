@@ -59,7 +59,8 @@ def with_model_error(
         return errors or model
     log_psd = np.hypot(errors.log_psd, model.log_psd)
     log_rms = np.hypot(errors.log_rms, model.log_rms)
-    return StandardErrors(log_psd, log_rms, errors.log_acceleration)
+    log_acceleration = np.hypot(errors.log_acceleration, model.log_acceleration)
+    return StandardErrors(log_psd, log_rms, log_acceleration)
 
 
 def read_errors(folder: Path, frequency: Array, points: Sequence[str]) -> dict[str, StandardErrors]:

@@ -90,17 +90,17 @@ def write_tables(checked: CheckedResponses, tabulation: Tabulation, output: File
     write_further_shapes(output.left_out, checked.further_shapes, dict(tabulation.attributes))
 
 
-def standard_errors(
+def error_parts(
     case: SolvedCase, response: LayoutResponse, further: uncertainty.FurtherPsd | None = None
-) -> uncertainty.StandardErrors | None:
-    """Return the standard errors of a response from those of its damping, further PSDs last.
+) -> tuple[uncertainty.StandardErrors | None, uncertainty.StandardErrors | None]:
+    """Return the standard errors by the damping, and by its inputs; further PSDs last.
 
     Dampers of one source have its errors in common; those of different ones are independent. None
-    for the bare panel and where no damper has errors.
+    where there are none.
     """
     all_nodes = [damper.model.nodes for damper in case.dampers if damper.model.nodes is not None]
     if not all_nodes:
-        return None
+        return None, None
     nodes = np.unique(np.concatenate(all_nodes))
     points = [
         (damper.fill, float(gamma))
@@ -117,7 +117,14 @@ def standard_errors(
     numbers = range(len(points))
     covariance = np.block([[covariance_of(i, j) for j in numbers] for i in numbers])
     sensitivity = uncertainty.sensitivity(case.solver, case.layout, response, nodes, further)
-    return sensitivity.standard_errors(covariance)
+    changes: dict[str, Array] = {}
+    for load, (damper, (_, gamma)) in enumerate(zip(case.dampers, points, strict=True)):
+        for tolerance in damper.tolerances:
+            change = changes.setdefault(tolerance.source, np.zeros((len(points), len(zero))))
+            change[load] = tolerance.change(nodes, damper.stated_acceleration_g or gamma)
+    inputs = np.array([change.ravel() for change in changes.values()])
+    input_errors = sensitivity.standard_errors(inputs.T @ inputs) if changes else None
+    return sensitivity.standard_errors(covariance), input_errors
 
 
 class _Rows:
@@ -151,10 +158,13 @@ class _Rows:
         if self._tabulation.refuses_outside:
             _refuse_outside(panel.frequency, case, response)
         model_error = model_error_of(case, response)
-        damping_error = standard_errors(case, response)
+        damping_error, input_error = error_parts(case, response)
         # those of coupled runs have more than the errors of C_e and m_a
         damping_error = (self._tabulation.coupled_errors or {}).get(label, damping_error)
+        damping_error = with_model_error(damping_error, input_error)
         error = with_model_error(damping_error, model_error)
+        parts = [0.0 if part is None else part.log_rms for part in (model_error, input_error)]
+        part_db = [20 / np.log(10) * part for part in parts]
         beyond = extrapolation_of(case.dampers, response, panel.frequency)
         between = between_regimes(case.dampers, response, panel.frequency)
         bare, damped = (answer.response.acceleration_psd for answer in (case.bare, response))
@@ -164,9 +174,8 @@ class _Rows:
             "mesh_error": mesh.line,
             "mesh_error_rms": mesh.rms,
             "point_error_rms": mesh.point_rms,
-            "model_error_db": 20
-            / np.log(10)
-            * (0.0 if model_error is None else model_error.log_rms),
+            "model_error_db": part_db[0],
+            "tolerance_error_db": part_db[1],
             "extrapolated_share": beyond.share_of_change(bare, damped, panel.frequency),
             "data_missing": beyond.missing,
             "between_share": between.share_of_change(bare, damped, panel.frequency),

@@ -11,6 +11,7 @@ from pidpanel.study.base import PoissonsRatio, RelativeError, SectionModel
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
+from pidpanel.study.stated_number import OrStated, StandardError
 from pidpanel.study.units import InSI
 
 # Young's modulus of a contact [MPa].
@@ -96,6 +97,8 @@ class ImpactRestitution(SectionModel):
     """``constant``: the same at any speed. ``viscoelastic``: 1 − e rises about with the fifth root
     of the speed of impact ([theory](../theory/coupon.md#restitution-and-speed-of-impact)); needs
     spheres of one size."""
+    error: StandardError = 0.0
+    """Standard error of ``value``, which enters the uncertainty of the results."""
 
     @field_validator("law", mode="before")
     @classmethod
@@ -128,9 +131,10 @@ class Particles(SectionModel):
     """Poisson's ratio of the material."""
     restitution: Annotated[Restitution | ImpactRestitution, Choice()] = 0.8
     """Coefficient of restitution of a collision of two particles: a number, the same at any speed
-    of impact, or a mapping with a speed and a law."""
-    friction: Friction = 0.3
-    """Coefficient of sliding friction between two particles."""
+    of impact, or a mapping with its standard error, or with a speed and a law."""
+    friction: Annotated[float, OrStated(Friction)] = 0.3
+    """Coefficient of sliding friction between two particles: a number, or a mapping with its
+    standard error."""
     rolling_friction: RollingFriction = 0.0
     """Coefficient of rolling friction: a constant torque against rolling."""
 

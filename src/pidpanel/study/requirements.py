@@ -11,6 +11,7 @@ from pidpanel.study.optimise import LEAST_BAND, Optimise
 from pidpanel.study.particles import Mono
 from pidpanel.study.scenarios import Layout, Scenario, vector_text
 from pidpanel.study.severity import LEAST_CYCLES
+from pidpanel.study.stated_number import error_of
 
 if TYPE_CHECKING:
     from pidpanel.study.coupon import Coupon
@@ -232,6 +233,7 @@ def mistakes_of_limits(study: Study) -> Iterator[Mistake]:
 
 FILLS = (0.05, 0.95)  # range of the fill fraction r
 RESTITUTION, FRICTION = (0.3, 0.95), (0.05, 0.8)  # of e and μ, equal for particles and walls
+ATLAS_RANGES = {"restitution": RESTITUTION, "friction": FRICTION, "fill_fraction": FILLS}
 WIDTH, DEPTH = (2.0, 10.0), (4.0, 40.0)  # of a cell over the diameter
 REMEDY = "; model: coupled or tones simulates it"
 
@@ -243,6 +245,22 @@ def mistakes_of_atlas(study: Study) -> Iterator[Mistake]:
             yield from (m.prefix("dampers", name) for m in mistakes_of_coupon(bed))
             for way, fill in study.fills(name):
                 yield from mistakes_of_fill(way, fill)
+
+
+def mistakes_of_tolerances(study: Study) -> Iterator[Mistake]:
+    """Yield errors of inputs whose derivatives the atlas does not have."""
+    mistakes: dict[Mistake, None] = {}
+    for scenario in study.all_scenarios():
+        for patch, filling in scenario.fillings.items():
+            stated, faults = [filling.fill_fraction], [Mistake(("particles",), "missing; required")]
+            if isinstance(damper := study.damper_in(scenario, patch), BedDamper):
+                stated += [getattr(damper.particles, key) for key in ("restitution", "friction")]
+                faults = [m for m in mistakes_of_coupon(damper) if m.keys[-1] != "law"]
+            for keys, message, *_ in faults if any(map(error_of, stated)) else ():
+                words = message.removesuffix(REMEDY).removesuffix(" for model: atlas")
+                message = f"{words} where particles or fill_fraction have an error"
+                mistakes[Mistake(("dampers", str(filling.damper), *keys), message)] = None
+    yield from mistakes
 
 
 def mistakes_of_steady_acceleration(study: Study) -> Iterator[Mistake]:

@@ -11,10 +11,12 @@ from pydantic import Discriminator, Field, Tag
 from pidpanel.study.base import Acceleration, Fill, Level, SectionModel, Text, Vector, as_tuple
 from pidpanel.study.choice import TAG, Choice
 from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.stated_number import FillFraction, OrStated
 
 MOST_SCENARIOS = 1000  # scenarios that a family may have
 Varied = Literal["patch", "damper", "fill_fraction", "oaspl_db"]
 T = TypeVar("T")
+Fills = Annotated[float | tuple[float, ...], OrStated(Fill | tuple[FillFraction, ...])]
 
 
 def items_of(key: str, value: T | tuple[T, ...]) -> Iterator[tuple[Keys, T]]:
@@ -30,8 +32,8 @@ class Filling(SectionModel):
 
     damper: Text | None = None
     """Name under ``dampers``; may be left out where there is only one."""
-    fill_fraction: Fill | None = None
-    """Required unless the damper needs none, such as constants."""
+    fill_fraction: FillFraction | None = None
+    """Required unless the damper needs none, such as constants. A mapping states its error too."""
 
 
 class Part(NamedTuple):
@@ -54,8 +56,8 @@ class Family(SectionModel):
     damper: Annotated[Text | tuple[Text, ...], Choice()] | None = None
     """Name under ``dampers``; may be left out where there is only one. A list compares dampers, or
     damping models of one."""
-    fill_fraction: Annotated[Fill | tuple[Fill, ...], Choice()] | None = None
-    """Required unless the damper needs none, such as constants."""
+    fill_fraction: Fills | None = None
+    """Required unless the damper needs none, such as constants. A mapping states its error too."""
     oaspl_db: Annotated[Level | tuple[Level, ...], Choice()] | None = None
     """Overall sound pressure level [dB]; by default that of the section ``sound``."""
     steady_acceleration_g: Acceleration | None = None

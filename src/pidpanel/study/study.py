@@ -110,6 +110,7 @@ class Study(CouponStudy):
             yield from (mistake.prefix("optimise") for mistake in mistakes)
         yield from requirements.mistakes_of_atlas(self)
         yield from requirements.mistakes_of_steady_acceleration(self)
+        yield from requirements.mistakes_of_tolerances(self)
         yield from requirements.mistakes_of_measurements(self)
         yield from requirements.mistakes_of_claims(self)
 
