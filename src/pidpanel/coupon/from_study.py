@@ -35,7 +35,7 @@ LARGEST_DECK = 1_000_000  # most bytes of a deck
 
 
 def cases_of(coupon: Coupon) -> tuple[Case, ...]:
-    """Return every case of a coupon's sweep, in the order fill, frequency, amplitude, diameter.
+    """Return every case of a sweep, in the order fill, frequency, amplitude, diameter.
 
     The combinations of ``vary`` come outermost; those of a table of cases are in its order.
     """
@@ -47,13 +47,7 @@ def cases_of(coupon: Coupon) -> tuple[Case, ...]:
 
 
 def bed_of(coupon: Coupon, fill_fraction: float, *, cells: int, seed: int) -> Bed:
-    """Return a bed of a coupon with another number of cells, of the first of its diameters.
-
-    Parameters
-    ----------
-    fill_fraction
-        r [1].
-    """
+    """Return a bed with a fill r and a number of cells, of the first of a coupon's diameters."""
     packing = replace(_packing(coupon, coupon.diameters[0], seed), count=cells)
     return _bed(coupon, packing, fill_fraction)
 

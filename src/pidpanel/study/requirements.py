@@ -9,7 +9,7 @@ from pidpanel.study.dampers import BEDS, COUPLED, TONES, BedDamper
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
 from pidpanel.study.optimise import LEAST_BAND, Optimise
 from pidpanel.study.particles import Mono
-from pidpanel.study.scenarios import Layout, Scenario, vector_text
+from pidpanel.study.scenarios import Layout, Part, Scenario, vector_text
 from pidpanel.study.severity import LEAST_CYCLES
 from pidpanel.study.stated_number import error_of
 
@@ -261,6 +261,49 @@ def mistakes_of_tolerances(study: Study) -> Iterator[Mistake]:
                 message = f"{words} where particles or fill_fraction have an error"
                 mistakes[Mistake(("dampers", str(filling.damper), *keys), message)] = None
     yield from mistakes
+
+
+def mistakes_of_scenarios(study: Study) -> Iterator[Mistake]:
+    """Yield patches and dampers that are not there, and fills that a damper does not have."""
+    for name, compared in study.scenarios.items():
+        for part in compared.parts():
+            mistakes = _mistakes_of_part(study, part)
+            yield from (mistake.prefix("scenarios", name, *part.way) for mistake in mistakes)
+
+
+def _mistakes_of_part(study: Study, part: Part) -> Iterator[Mistake]:
+    patches, names = list(study.panel.patches), list(study.dampers)
+    for keys, patch in part.patches:
+        if patch not in patches:
+            message = not_among("panel.patches", patch, patches)
+            yield Mistake(keys, message if patches else "there are no patches")
+    for keys, damper in part.dampers:
+        if not names:
+            yield Mistake(keys, "there are no dampers; add a section dampers")
+        elif damper is None and len(names) > 1:
+            yield Mistake(keys, f"missing; must be one of dampers: {', '.join(names)}")
+        elif damper is not None and damper not in names:
+            yield Mistake(keys, not_among("dampers", damper, names))
+        else:
+            yield from _mistakes_of_fills(study, part, study.name_of(damper))
+
+
+def _mistakes_of_fills(study: Study, part: Part, name: str) -> Iterator[Mistake]:
+    """Yield fills that a damper needs, has not simulated, or does not depend on."""
+    damper = study.dampers[name]
+    for keys, fill in part.fills:
+        if fill is None:
+            if damper.needs_fill:
+                yield Mistake(keys, f"missing; required for the {damper.kind} of {name}")
+        elif isinstance(damper, BedDamper) and damper.model == TONES:
+            low, high = (f(damper.sweep.fill_fraction) for f in (min, max))
+            if not low <= fill <= high:
+                message = f"must be in the range of dampers.{name}.sweep, {low:g} to {high:g}"
+                yield Mistake(keys, message)
+        elif not damper.needs_fill and damper.kind != "table":  # its columns decide
+            message = f"not allowed: the {damper.kind} of {name} does not depend on the fill"
+            yield Mistake(keys[:1], f"{message} fraction")
+            return
 
 
 def mistakes_of_steady_acceleration(study: Study) -> Iterator[Mistake]:

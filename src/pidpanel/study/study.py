@@ -25,10 +25,10 @@ from pidpanel.study.dampers import (
     with_models,
 )
 from pidpanel.study.damping import Damping
-from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names, not_among
+from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.response import Measurement, Radiation, Response
-from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Part, Scenario
+from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Scenario
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
@@ -101,7 +101,7 @@ class Study(CouponStudy):
         yield from requirements.mistakes_of_limits(self)
         yield from requirements.mistakes_of_base(self)
         yield from requirements.mistakes_of_surroundings(self)
-        if mistakes := list(self.mistakes_of_scenarios()):
+        if mistakes := list(requirements.mistakes_of_scenarios(self)):
             yield from mistakes
             return
         yield from requirements.mistakes_of_labels(self)
@@ -159,7 +159,7 @@ class Study(CouponStudy):
     def scenario_dampers(self) -> tuple[str, ...]:
         """Names of the dampers that a scenario has."""
         parts = (part for entry in self.scenarios.values() for part in entry.parts())
-        named = {self._name_of(damper) for part in parts for _, damper in part.dampers}
+        named = {self.name_of(damper) for part in parts for _, damper in part.dampers}
         return tuple(name for name in self.dampers if name in named)
 
     @property
@@ -261,61 +261,16 @@ class Study(CouponStudy):
 
     # ---------------------------------------------------------------------- scenarios
 
-    def mistakes_of_scenarios(self) -> Iterator[Mistake]:
-        """Yield patches and dampers that are not there, and fills that a damper does not have."""
-        for name, compared in self.scenarios.items():
-            for part in compared.parts():
-                mistakes = self._mistakes_of_part(part)
-                yield from (mistake.prefix("scenarios", name, *part.way) for mistake in mistakes)
-
-    def _mistakes_of_part(self, part: Part) -> Iterator[Mistake]:
-        patches = list(self.panel.patches)
-        for keys, patch in part.patches:
-            if patch not in patches:
-                message = not_among("panel.patches", patch, patches)
-                yield Mistake(keys, message if patches else "there are no patches")
-        for keys, damper in part.dampers:
-            mistakes = list(self._mistakes_of_damper(keys, damper))
-            yield from mistakes or self._mistakes_of_fills(part, self._name_of(damper))
-
-    def _mistakes_of_damper(self, keys: Keys, damper: str | None) -> Iterator[Mistake]:
-        """Yield a damper that is unknown or missing."""
-        names = list(self.dampers)
-        if not names:
-            yield Mistake(keys, "there are no dampers; add a section dampers")
-        elif damper is None and len(names) > 1:
-            yield Mistake(keys, f"missing; must be one of dampers: {', '.join(names)}")
-        elif damper is not None and damper not in names:
-            yield Mistake(keys, not_among("dampers", damper, names))
-
-    def _mistakes_of_fills(self, part: Part, name: str) -> Iterator[Mistake]:
-        """Yield fills that a damper needs, has not simulated, or does not depend on."""
-        damper = self.dampers[name]
-        for keys, fill in part.fills:
-            if fill is None:
-                if damper.needs_fill:
-                    message = f"missing; required for the {damper.kind} of {name}"
-                    yield Mistake(keys, message)
-            elif isinstance(damper, BedDamper) and damper.model == TONES:
-                low, high = (f(damper.sweep.fill_fraction) for f in (min, max))
-                if not low <= fill <= high:
-                    message = f"must be in the range of dampers.{name}.sweep, {low:g} to {high:g}"
-                    yield Mistake(keys, message)
-            elif not damper.needs_fill and damper.kind != "table":  # its columns decide
-                message = f"not allowed: the {damper.kind} of {name} does not depend on the fill"
-                yield Mistake(keys[:1], f"{message} fraction")
-                return
-
     def fills(self, name: str) -> Iterator[tuple[Keys, float]]:
         """Yield the fills of a damper, with the ways to them."""
         for entry, compared in self.scenarios.items():
             for part in compared.parts():
-                if name in [self._name_of(damper) for _, damper in part.dampers]:
+                if name in [self.name_of(damper) for _, damper in part.dampers]:
                     for keys, fill in part.fills:
                         if fill is not None:
                             yield ("scenarios", entry, *part.way, *keys), fill
 
-    def _name_of(self, damper: str | None) -> str:
+    def name_of(self, damper: str | None) -> str:
         """Return the damper that is meant: the one that is named, or the only one."""
         return damper or next(iter(self.dampers), "")
 
@@ -336,7 +291,7 @@ class Study(CouponStudy):
         if isinstance(compared, Layout):
             level = compared.oaspl_db or self.oaspl_db
             fillings = {
-                patch: filling.model_copy(update={"damper": self._name_of(filling.damper)})
+                patch: filling.model_copy(update={"damper": self.name_of(filling.damper)})
                 for patch, filling in compared.layout.items()
             }
             single = Scenario(label=name, fillings=fillings, oaspl_db=level,
@@ -348,7 +303,7 @@ class Study(CouponStudy):
         )  # fmt: skip
         scenarios = []
         for damper, patch, fill, level in combinations:
-            filling = Filling(damper=self._name_of(damper), fill_fraction=fill)
+            filling = Filling(damper=self.name_of(damper), fill_fraction=fill)
             scenarios.append(Scenario.of_patch(patch, filling, level, steady, has_dampers=several))
         return tuple(scenarios)
 
@@ -367,7 +322,7 @@ class Study(CouponStudy):
 
     def damper_of(self, filling: Filling) -> DamperSection:
         """Return the damper of a patch."""
-        return self.dampers[self._name_of(filling.damper)]
+        return self.dampers[self.name_of(filling.damper)]
 
     def damper_in(self, scenario: Scenario, patch: str) -> DamperSection:
         """Return the damper of a patch under the steady acceleration of a scenario."""
