@@ -28,7 +28,7 @@ ALLOWED = {
     "study": {"geometry", "spectra"},
     "coupon": SHARED,
     "damping": SHARED,
-    "modal_files": {"panel"},
+    "modal_files": {"geometry", "panel"},
     "panel": SHARED,
     "shell": SHARED | {"panel"},
     "sound": SHARED,

@@ -152,6 +152,8 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     mistakes = list(_check_mesh(study.panel, high, masses))
     yield from mistakes
     yield from _check_layouts(study, is_meshed=not mistakes)
+    if isinstance(study.panel, Structure) and study.sound is not None and not mistakes:
+        yield from _check_curved(study.panel, study.sound)
     if study.optimise is not None and not mistakes:
         from pidpanel.optimise.from_study import mistakes_of_search
 
@@ -170,6 +172,25 @@ def _check_tables(study: Study) -> Iterator[Mistake]:
         )
         if (yield from read_at(keys, read)) is not None:
             yield from _check_range(study, keys, read_columns(table))
+
+
+def _check_curved(section: Structure, sound: Sound) -> Iterator[Mistake]:
+    """Yield what of the sound a curved surface does not go together with."""
+    from pidpanel.geometry.plane_mesh import boundary_edges
+    from pidpanel.structure.from_study import structure_of
+
+    structure = structure_of(section)
+    if structure.plane is not None:
+        return
+    if math.isfinite(sound.wall):
+        message = "must be free or baffle; a wall is only allowed behind a flat structure"
+        yield Mistake(("sound", "surroundings"), message)
+    elif sound.is_free and not boundary_edges(structure.surface.cells).size:
+        message = "must be baffle for a closed surface, which has no free edges"
+        yield Mistake(("sound", "surroundings"), message)
+    if not sound.is_free and sound.field not in ("diffuse", "uniform"):
+        message = "must be diffuse or uniform for a curved surface in a baffle"
+        yield Mistake(("sound", "field"), message)
 
 
 def _check_layouts(study: Study, *, is_meshed: bool) -> Iterator[Mistake]:

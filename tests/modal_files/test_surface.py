@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.modal_files.orientation import oriented
-from pidpanel.modal_files.quadrature import cell_areas, surface_quadrature
+from pidpanel.modal_files.quadrature import surface_quadrature
 
 RANDOM = np.random.default_rng(3)
 

@@ -5,6 +5,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_mesh import edge_lengths
 
 # Longest edge of the fine mesh over the wanted one, and least distance of vertices over the latter.
 FINENESS, SPACING = 0.3, 0.87
@@ -98,13 +99,6 @@ def _dual(
     net = np.bincount(number.ravel(), weights=-sense)
     cells[net < 0] = cells[net < 0][:, ::-1]
     return vertices[seeds], cells[net != 0]
-
-
-def edge_lengths(vertices: Array, triangles: Index) -> Array:
-    """Return the edges (nt, 3) [m] of triangles."""
-    corners = vertices[triangles]
-    lengths: Array = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    return lengths
 
 
 def _divided(vertices: Array, triangles: Index) -> tuple[Array, Index]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.modal_files.quadrature import cell_areas
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements
 from pidpanel.tabular.units import POUND
 

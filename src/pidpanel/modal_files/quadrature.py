@@ -64,9 +64,3 @@ def surface_quadrature(position: Array, cells: Index) -> CellQuadrature:
     interpolation = scipy.sparse.csr_array((values, (rows, columns)), (count, len(position)))
     cell = np.repeat(np.arange(len(cells)), 4)
     return CellQuadrature(points, area / weight[:, None], weight, cell, interpolation)
-
-
-def cell_areas(position: Array, cells: Index) -> Array:
-    """Return the areas of cells (n_cells,) [m²], of the triangle or between the diagonals."""
-    a, b, c, d = position[cells].transpose(1, 0, 2)
-    return np.linalg.norm(np.cross(c - a, d - b), axis=1) / 2

@@ -19,7 +19,8 @@ import numpy as np
 from scipy import sparse
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.geometry.coarsening import edge_lengths, remeshed, rims
+from pidpanel.geometry.coarsening import remeshed, rims
+from pidpanel.geometry.plane_mesh import edge_lengths
 from pidpanel.geometry.surface_waves import SurfaceQuadrature
 from pidpanel.sound.wavenumber_table import (
     FieldError,

@@ -2,8 +2,10 @@
 
 `from_study`
     The structure of a study, or its panel.
-`surface`
-    Triangles of a surface: patches, points, normals.
-`modal_plate`
-    Matrices of modes from a file, in the modes as coordinates.
+`any_structure`, `surface`
+    What all structures have: a surface with patches and points, in a plane or in space.
+`foreign`, `modal_plate`
+    The modes of another solver, and their matrices with the modes as coordinates.
+`shelled`
+    A shell that is meshed and solved here.
 """

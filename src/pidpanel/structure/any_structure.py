@@ -154,11 +154,11 @@ class AnyStructure(ABC):
             self.mesh(Path(folder) / "mesh.msh")
 
     def wave_shift(self, *_: float, strain: object = None) -> float:
-        """Return 0: the basis knows what the mesh does to the modes, where it is known."""
+        """Return 0: the basis has the shift of each mode, where it is known."""
         return 0.0
 
     def cause_of_shift(self, _edge: float, _frequency: float) -> str:
-        """Return that waves are long over the elements: nothing else is known."""
+        """Return that elements are too long for the waves: no other cause is told apart."""
         return "waves"
 
     def point_refinement_error(self, _highest: float) -> float:

@@ -12,6 +12,7 @@ from pidpanel.study.particles import Mono
 from pidpanel.study.scenarios import Layout, Part, Scenario, vector_text
 from pidpanel.study.severity import LEAST_CYCLES
 from pidpanel.study.stated_number import error_of
+from pidpanel.study.structure import Structure
 
 if TYPE_CHECKING:
     from pidpanel.study.coupon import Coupon
@@ -59,9 +60,24 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
         yield Mistake(("base", "sine", "frequency_hz", 1), message)
     for name in study.base.notching.points if study.base.notching else ():
         yield from mistakes_of_point(study, name, ("base", "notching", "points", name))
+    if isinstance(study.panel, Structure):
+        yield from _mistakes_of_moved_structure(study.panel)
+        return
+    if study.base.direction is not None:
+        message = "only allowed with a structure; a panel moves along its normal"
+        yield Mistake(("base", "direction"), message)
     supports = study.panel.support_input
     if supports.outline == supports.holes == "free" and not (supports.edges or supports.points):
         yield Mistake(("panel", "supports"), "a free panel has no supports that base moves")
+
+
+def _mistakes_of_moved_structure(structure: Structure) -> Iterator[Mistake]:
+    """Yield what base motion of a structure needs: its inertia, and something that holds it."""
+    if (shell := structure.shell) is None:
+        yield Mistake(("base",), "not allowed with structure.modes, whose inertia is not known")
+    elif not shell.supports and all(foot.kind == "free" for foot in shell.feet.values()):
+        message = "a free structure has no supports that base moves"
+        yield Mistake(("panel", "shell", "supports"), message)
 
 
 def _mistakes_without_sound(study: Study) -> Iterator[Mistake]:
@@ -177,6 +193,10 @@ def mistakes_of_claims(study: Study) -> Iterator[Mistake]:
 
 def mistakes_of_optimise(section: Optimise, study: Study) -> Iterator[Mistake]:
     """Yield dampers and points that are not there, and dampers that cannot be placed."""
+    if isinstance(study.panel, Structure):
+        message = "only allowed with a panel; compare the layouts of a structure in scenarios"
+        yield Mistake((), message)
+        return
     if study.response.modal_damping != "full":
         yield Mistake((), "only allowed with response.modal_damping: full")
     wanted = section.excitation or ("base" if study.sound is None else "sound")

@@ -75,7 +75,7 @@ class Structure(SectionModel):
     """A structure of any shape: its modes, its surface, its patches and points."""
 
     kind: Literal["structure"] = "structure"
-    """A structure; the key of a panel says it."""
+    """Tells a structure from a panel."""
     modes: ModesFile | None = None
     """Modes of another solver."""
     shell: Shell | None = None

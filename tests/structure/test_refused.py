@@ -1,0 +1,45 @@
+"""What a structure does not go together with is refused at its key, before anything runs."""
+
+import pytest
+
+from pidpanel import Model, StudyError
+from tests.structures import COMMON
+
+CURVED = {
+    "shell": {
+        "form": {"kind": "cylinder_panel", "radius_m": 1, "length_m": 0.8, "arc_m": 0.8},
+        "section": {
+            "kind": "solid", "thickness_mm": 3, "youngs_modulus_gpa": 70, "poissons_ratio": 0.3,
+            "density_kg_m3": 2700,
+        },
+        "size_m": 0.1,
+    },
+    "patches": {"P": {"centre_m": [0.4, 0, 1], "radius_m": 0.15}},
+    "points": {"mid": {"at_m": [0.4, 0, 1]}},
+}  # fmt: skip
+SOUND = COMMON["sound"]
+SINE = {"sine": {"frequency_hz": [30, 400], "acceleration_g": 1}}
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"sound": {**SOUND, "surroundings": {"wall_m": 0.1}}}, "sound.surroundings"),
+        ({"sound": {**SOUND, "field": "plane_wave", "incidence_deg": 30}}, "sound.field"),
+        ({"base": SINE}, "structure.shell.supports"),
+        ({"optimise": {"mass_kg": 1, "patch_size_m": 0.2, "fill_fraction": 0.5}}, "optimise"),
+    ],
+)
+def test_of_a_free_curved_shell(change, key):
+    with pytest.raises(StudyError, match=key):
+        Model({"name": "curved", "structure": CURVED, **COMMON, **change})
+
+
+def test_base_motion_of_modes_from_a_file(structure):
+    with pytest.raises(StudyError, match=r"base = .*inertia is not known"):
+        Model({"name": "modes", "structure": structure, **COMMON, "base": SINE})
+
+
+def test_a_direction_of_the_motion_of_a_panel(panel_model):
+    with pytest.raises(StudyError, match=r"base\.direction"):
+        panel_model.changed({"base": {**SINE, "direction": [1, 0, 0]}})
