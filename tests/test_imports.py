@@ -22,14 +22,15 @@ STAGES = (
 SHARED = {"atlas", "geometry", "spectra", "study"}
 UPSTREAM = {"coupon", "damping", "panel", "sound", "solve", "structure"} | SHARED
 ALLOWED = {
+    "nastran": set(),
     "atlas": set(),
     "geometry": set(),
     "spectra": set(),
     "study": {"geometry", "spectra"},
     "coupon": SHARED,
     "damping": SHARED,
-    "modal_files": {"geometry", "panel"},
-    "panel": SHARED,
+    "modal_files": {"geometry", "nastran"},
+    "panel": SHARED | {"nastran"},
     "shell": SHARED | {"panel"},
     "sound": SHARED,
     "solve": {"geometry", "panel", "spectra"},

@@ -3,7 +3,9 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+import scipy.linalg
 
 from pidpanel.cli import main
 from pidpanel.panel.from_study import StudiedPanel
@@ -166,8 +168,8 @@ def test_point_masses_are_those_of_the_deck_in_kg(drafted):
 def test_masses_of_a_deck_whose_section_is_not_read_are_named(drafted, capsys):
     mass = f"CONM2,900,{node(NX // 2, NY // 2)},,5.-4"
     assert drafted(deck([mass])).masses and "masses" not in capsys.readouterr().out
-    assert not drafted(deck([mass, "PCOMP,8", ",1,1.,0.,YES"])).masses
-    assert "masses" in capsys.readouterr().out
+    assert not drafted(deck([mass]).replace("MAT8,1,", "MAT2,1,")).masses
+    assert "point masses are left out" in capsys.readouterr().out
 
 
 def test_elements_of_a_coarse_deck_are_divided_until_a_run_can_use_them(drafted, capsys):
@@ -178,12 +180,116 @@ def test_elements_of_a_coarse_deck_are_divided_until_a_run_can_use_them(drafted,
 
 def test_a_deck_that_cannot_be_read_is_told_in_one_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "deck.bdf").write_text(deck(["CQUAD8,90,7,100,101,108,107"]))
-    for name, words in (("deck.bdf", "CQUAD8"), ("nosuch.bdf", "nosuch.bdf: ")):
+    (tmp_path / "deck.bdf").write_text(deck(["CSHEAR,90,7,100,101,108,107"]))
+    for name, words in (("deck.bdf", "CSHEAR"), ("nosuch.bdf", "nosuch.bdf: ")):
         assert main(["new", "mine.yaml", "--mesh", name]) == 2
         said = capsys.readouterr().err
         assert words in said and said.count("\n") == 1
     assert not (tmp_path / "mine.yaml").exists()
+
+
+def tilted(text, turn):
+    """The deck with its nodes turned in space."""
+
+    def place(match):
+        x = [float(match[k]) for k in (2, 3)]
+        return f"GRID,{match[1]},," + ",".join(f"{v!r}" for v in (turn[:, :2] @ x).tolist())
+
+    return re.sub(r"GRID,(\d+),,([^,]+),([^,]+),0\.", place, text)
+
+
+def abd(panel):
+    section = StudiedPanel(panel).section
+    return np.concatenate([part.ravel() for part in (*section.abd, section.shear)])
+
+
+@pytest.mark.parametrize("seen", ["tilted", "from below", "by MCID", "by THETA"])
+def test_the_same_deck_in_another_view_is_the_same_panel(drafted, seen):
+    stack = [*FACE, (2, 20, 30), (1, 0.3, 15)]
+    rim = [node(i, 0) for i in range(NX + 1)]
+    cards = [f"SPC1,1,3,{number}" for number in rim]
+    panel, text = drafted(deck(cards, stack=stack)), deck(cards, stack=stack)
+    if seen == "tilted":  # held along the normal in the frame of its nodes
+        turn = scipy.linalg.expm(np.cross(np.eye(3), [-0.7, 0, 0]))
+        points = ",".join(f"{v!r}" for v in [0.0, 0.0, 0.0, *turn[:, 2].tolist()])
+        cards = [*cards, f"CORD2R,3,,{points}", ",1.,0.,0."]
+        text = tilted(deck([*cards, "GRDSET,,,,,,3"], stack=stack), turn)
+    elif seen == "from below":  # corners the other way round, plies from the other side
+        text = deck(cards, stack=[(m, t, -a) for m, t, a in stack[::-1]])
+        text = re.sub(r"(CQUAD4,\d+,7),(\d+),(\d+),(\d+),(\d+)", r"\1,\3,\2,\5,\4", text)
+    elif seen == "by MCID":  # a system whose x is 50° from that of the panel
+        x = np.radians(50)
+        cards = [*cards, "CORD2R,8,,0.,0.,0.,0.,0.,1.", f",{np.cos(x):.9f},{np.sin(x):.9f},7."]
+        text = deck(cards, stack=[(m, t, a - 50) for m, t, a in stack])
+        text = re.sub(r"(CQUAD4,.*)", r"\1,8", text)
+    else:
+        text = deck(cards, stack=[(m, t, a + 25) for m, t, a in stack])
+        text = re.sub(r"(CQUAD4,.*)", r"\1,-25.", text)
+    other = drafted(text)
+    np.testing.assert_allclose(abd(other), abd(panel), rtol=1e-5, atol=1e-6)
+    kinds = [[edge.kind for edge in p.support_input.edges] for p in (panel, other)]
+    assert kinds == [["simply_supported"]] * 2
+
+
+def test_materials_in_different_directions_give_no_section(drafted, capsys):
+    text = re.sub(r"(CQUAD4,3,.*)", r"\1,40.", deck())
+    assert drafted(text).section.core.grade is not None
+    assert "differ by 40°" in capsys.readouterr().out
+
+
+METALS = {1.0: ("7.+10", "2700."), 1e-3: ("7.+4", "2.7-9"), 0.0254: ("1.0152636+7", "2.5265-4")}
+
+
+@pytest.mark.parametrize("unit", METALS)
+def test_a_plate_of_a_pshell_tells_the_unit_and_is_solid(drafted, unit):
+    E, density = METALS[unit]
+    text = deck(unit=unit).split("PCOMP")[0]
+    text += f"PSHELL,7,1,{0.002 / unit!r},1\nMAT1,1,{E},,.33,{density}\nENDDATA\n"
+    section = drafted(text).section
+    assert section.properties == pytest.approx((7e10, 0.33, 2700, 0.002), rel=2e-4)
+    mass = drafted(text.replace(density, f"{density}\nPARAM,WTMASS,2.")).section.density_kg_m3
+    assert mass == pytest.approx(5400, rel=2e-4)
+
+
+def test_a_sandwich_of_a_pshell_has_its_bending_shear_and_mass(drafted):
+    faces, depth, core = 0.6e-3, 20e-3, 90e6  # both faces, core [m], shear modulus [Pa]
+    d = depth + faces / 2
+    inertia = 12 * (faces * d**2 / 4 + faces**3 / 48) / faces**3
+    text = deck(unit=1.0).split("PCOMP")[0]
+    ratio = core * d**2 / depth / core / faces  # TS/T with the modulus of the core
+    text += f"PSHELL,7,1,{faces!r},1,{inertia!r},2,{ratio!r},1.2\n"
+    text += f"MAT1,1,7.+10,,.33,2700.\nMAT1,2,,{core!r},.3\nENDDATA\n"
+    section = StudiedPanel(drafted(text)).section
+    assert section.mass_per_area == pytest.approx(2700 * faces + 1.2)
+    D = 7e10 / (1 - 0.33**2) * inertia * faces**3 / 12
+    assert section.bending[0, 0] == pytest.approx(D, rel=1e-5)
+    assert section.shear[0, 0] == pytest.approx(core * d**2 / depth, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("MAT8,1,", "MAT2,1,", "material 1 is MAT2, which is not read"),
+        (",1.6e-09", ",1.6e-15", "material 1 has 0.0016 kg/m³"),
+        (",2,20.0,", ",1,20.0,", "no soft core between faces"),
+        ("PCOMP,7,,", "PCOMP,7,0.,", "Z0 = 0. is not half its thickness"),
+    ],
+)
+def test_what_a_section_cannot_state_is_said_in_one_line(drafted, capsys, old, new, reason):
+    text = deck()
+    assert text.count(old) == 1
+    assert drafted(text.replace(old, new), "--unit-m", "0.001").section.core.grade is not None
+    lines = [line for line in capsys.readouterr().out.splitlines() if reason in line]
+    assert len(lines) == 1 and "deck.bdf:" in lines[0]
+
+
+def test_groups_of_a_deck_are_the_panel_of_a_new_study(drafted, capsys):
+    wall = ["GRID,900,,0.,0.,500.", "GRID,901,,200.,0.,500.", "CQUAD4,900,9,100,101,901,900"]
+    mass = "CONM2,902,900,,1.-3"
+    panel = drafted(deck([*wall, "CBAR,903,5,900,901,0.,1.", mass]), "--group", "7")
+    assert panel.mesh.groups == ("7",) and not panel.mesh.ignore
+    assert len(StudiedPanel(panel).foreign.triangles) % (2 * NX * NY) == 0
+    assert "1 kg that are not on the panel" in capsys.readouterr().out
 
 
 # ------------------------------------------------------------------ limits

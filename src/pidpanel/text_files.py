@@ -108,6 +108,15 @@ def decoded(data: bytes) -> str:
         raise TextFileError(message, line) from None
 
 
+def included(path: Path, line: int, name: str, folder: Path) -> Path:
+    """Return a file that a line includes, which must be in the folder of the first file."""
+    places = [(base / name).resolve() for base in (folder, path.parent)]
+    for place in places:
+        if place.is_relative_to(folder.resolve()) and place.is_file() and place != path.resolve():
+            return place
+    raise ValueError(f"{path}:{line}: {name!r} is not a file in {folder}, where it must be")
+
+
 def lines_of(text: str) -> list[str]:
     r"""Return the lines of a text, whichever system wrote it.
 

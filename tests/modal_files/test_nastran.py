@@ -239,7 +239,7 @@ def test_decks_include_files_of_their_folder_alone(plate, tmp_path):
     with pytest.raises(ValueError, match=r"main.bdf:2: '../parts/mesh.bdf' is not a file in"):
         read_modes(tmp_path / "plate.op2", outside, 1.0)
     main.write_text("BEGIN BULK\nGRID,5,99,0.,0.,0.\n")
-    with pytest.raises(ValueError, match="coordinate system 99 must be a CORD2R"):
+    with pytest.raises(ValueError, match="coordinate system 99 must be a CORD1R"):
         read_modes(tmp_path / "plate.op2", main, 1.0)
 
 

@@ -25,6 +25,7 @@ from pidpanel.study.section import core_cell_width_mm
 from pidpanel.study.stated_dampers import TableDamper
 
 LOWEST, HIGHEST = 30.0, 2000.0  # of a response, where the spectrum goes that far [Hz]
+DEPTH_MM = 12.0  # least depth of cells that stand on a panel
 FILLS = (0.3, 0.5, 0.7, 0.9)
 
 # Most reductions of the element size by 0.8 until the mesh resolves the waves, and the last one by
@@ -50,15 +51,16 @@ class Draft(SimpleNamespace):
         if self.mesh is None:
             return None
         try:
-            return MeshDraft.of_file(self.mesh, self.unit_m, is_thin=self.section == "thin")
+            kind = self.section if self.is_section_stated else None
+            return MeshDraft.of_file(self.mesh, self.unit_m, self.groups, kind)
         except ValueError as error:
             place = "" if str(error).startswith(str(self.mesh)) else f"{self.mesh}: "
             raise StudyError(f"{place}{error}") from None
 
     @property
     def laminate(self) -> Mapping[str, Any]:
-        """Section of the deck's only PCOMP; empty where the options state the section."""
-        return self.deck.section if self.deck and self.section == "sandwich" else {}
+        """Section of the deck; empty where it has none that is read, or the options state it."""
+        return self.deck.section if self.deck else {}
 
     @property
     def thickness(self) -> float:
@@ -169,9 +171,13 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     fills = _fills(Path(draft.table)) if draft.table else FILLS
     if draft.deck is not None:
         draft.size = draft.deck.size
-        if draft.deck.section and draft.section == "sandwich":
-            draft.core_grade, draft.cell_mm = "", draft.cell_mm or draft.width_mm
-            draft.core_mm = draft.deck.section["core"]["thickness_mm"]
+        if draft.laminate:
+            draft.core_grade, draft.section = "", draft.laminate["kind"]
+            draft.cell_mm = draft.cell_mm or draft.width_mm
+            if draft.section == "sandwich":
+                draft.core_mm = draft.laminate["core"]["thickness_mm"]
+            else:  # cells stand on it
+                draft.thickness_mm = max(draft.laminate["thickness_mm"], DEPTH_MM)
     a, b = draft.size
     patch = _rounded(0.2 * min(a, b))
     return {

@@ -1,6 +1,6 @@
 """What a new study takes from a mesh file: its unit, supports, section, and places on it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -8,24 +8,20 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from pidpanel.constants import PLACING_CARDS
-from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError
+from pidpanel.arrays import Array, Index
+from pidpanel.cli.deck_sections import DeckSection, DeckSections, turned
+from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.modal_files.model import MASS_UNITS
+from pidpanel.nastran import Deck
+from pidpanel.nastran.cards import BLANKS, real_number
+from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
-from pidpanel.panel.nastran import IGNORED, READ, SYSTEMS, read_cards, read_nastran, real_number
+from pidpanel.panel.nastran import checked_deck, flat_mesh, is_refused
 
 LONGEST = 20.0  # of a panel in metres: a file that extends further is in millimetres
 CLOSE = 1e-6  # distance from a side over the extent, up to which a node lies on it
-FACE_DENSITY = (500.0, 25000.0)  # of plies [kg/m³]; outside, a deck has other units
-
-# Places of what is read among the fields of a card
-MATERIALS = {
-    "MAT1": {"E": 1, "G": 2, "nu": 3, "rho": 4},
-    "MAT8": {"E": 1, "E2": 2, "nu": 3, "G": 4, "GL": 5, "GW": 6, "rho": 7},
-}
-
-LISTS = ("SPC", "SPC1", "PCOMP", "CONM2", *MATERIALS)  # all fields of which are read
-
-Cards = Sequence[tuple[str, list[str]]]
+ALIGNED = 1e-3  # sine of the angle within which a direction is held
+SPREAD = 1.0  # largest angle between directions of materials that count as one [°]
 
 
 class MeshDraft(NamedTuple):
@@ -33,34 +29,41 @@ class MeshDraft(NamedTuple):
 
     mesh: FlatMesh
     unit: float  # [m]
-    ignored: Sequence[str]  # cards of supports, loads and masses
-    supports: Mapping[str, Any]  # section ``panel.supports``
-    section: Mapping[str, Any]  # section ``panel.section``; empty where the file has none
-    masses: Mapping[str, Any]  # section ``panel.masses``; empty with other units
+    ignored: Sequence[str] = ()  # cards of supports, loads and masses
+    groups: Sequence[str] = ()  # those that the panel consists of
+    supports: Mapping[str, Any] = {"outline": "simply_supported"}  # ``panel.supports``
+    section: Mapping[str, Any] = {}  # ``panel.section``; empty where the file has none
+    masses: Mapping[str, Any] = {}  # ``panel.masses``; empty with other units
+    remarks: Sequence[str] = ()  # what of the file is not in the study
 
     @classmethod
-    def of_file(cls, file: Path, unit: float | None, *, is_thin: bool) -> "MeshDraft":
-        """Return the draft of a gmsh file or a Nastran deck."""
-        cards: list[tuple[str, list[str]]] = []
-        if file.suffix.lower() != ".msh":
-            faults: list[str] = []
-            for _, name, fields in read_cards(file, faults, LISTS):
-                cards.append((name, fields + 16 * [""]))
-            if faults:
-                raise MeshFileError(faults)
-        names = {name for name, _ in cards} - {*READ, *IGNORED, *SYSTEMS}
-        ignored = sorted(name for name in names if not PLACING_CARDS.match(name))
+    def of_file(
+        cls, file: Path, unit: float | None, groups: Sequence[str] = (), kind: str | None = None
+    ) -> "MeshDraft":
+        """Return the draft of a gmsh file or a Nastran deck; elements of groups, or all.
 
-        def read(length: float) -> FlatMesh:
-            return read_nastran(file, ignored, length) if cards else read_gmsh(file, length)
-
-        mesh = read(unit or 1.0)
-        if unit is None and np.ptp(mesh.position, axis=0).max() > LONGEST:
-            return cls.of_file(file, 1e-3, is_thin=is_thin)
-        supports = _supports(cards, mesh, is_thin=is_thin)
-        section = _section(cards, unit or 1.0)
-        masses = _masses(cards, mesh, unit or 1.0) if section else {}
-        return cls(mesh, unit or 1.0, ignored, supports, section, masses)
+        ``kind`` is that of the section; that of the deck where it is None.
+        """
+        if file.suffix.lower() == ".msh":
+            mesh = read_gmsh(file, unit or 1.0)
+            if unit is None and np.ptp(mesh.position, axis=0).max() > LONGEST:
+                return cls.of_file(file, 1e-3)
+            return cls(mesh, unit or 1.0, supports=_supports({}, mesh, is_thin=False))
+        deck = checked_deck(file, groups=groups)
+        unit = unit or _unit(deck)
+        mesh = flat_mesh(deck, unit, groups)
+        components, remarks = deck.constraints()
+        fixed, oblique = _held_across(deck, mesh, components)
+        section, refused = _section(deck, mesh, unit)
+        masses, missing = _masses(deck, mesh, MASS_UNITS[unit] if section else 0.0)
+        section, refused = ({}, []) if kind else (section, refused)
+        is_thin = (kind or section.get("kind")) == "thin"
+        refused_without = [name for name in deck.first if is_refused(name)]
+        return cls(
+            mesh, unit, [] if groups else sorted(refused_without), groups,
+            _supports(fixed, mesh, is_thin=is_thin), section, masses,
+            [*remarks, *oblique, *refused, *missing],
+        )  # fmt: skip
 
     @property
     def size(self) -> tuple[float, float]:
@@ -72,11 +75,10 @@ class MeshDraft(NamedTuple):
     def text(self) -> str:
         """What was understood, in words."""
         sides, points = (len(self.supports.get(key, ())) for key in ("edges", "points"))
-        held = f"edges {self.supports['outline']}"
-        held += f" but {sides} sides" * (sides > 0) + f", {points} nodes held" * (points > 0)
-        held += ", point masses left out" * ("CONM2" in self.ignored and not self.masses)
+        text = f"edges {self.supports['outline']}"
+        text += f" but {sides} sides" * (sides > 0) + f", {points} nodes held" * (points > 0)
         a, b = self.size
-        return f"{a:.4g} x {b:.4g} m with a unit of {self.unit:g} m, {held}"
+        return f"{a:.4g} x {b:.4g} m with a unit of {self.unit:g} m, {text}"
 
     def patch(self, x: float, y: float, edge: float) -> list[list[float]]:
         """Return the corners [m] of whole elements near a square, by shares of the extent."""
@@ -100,6 +102,24 @@ class MeshDraft(NamedTuple):
         return int(self.mesh.node[np.linalg.norm(nodes - place, axis=1).argmin()])
 
 
+def _unit(deck: Deck) -> float:
+    """Return the unit with which the materials of a deck are possible, or by its extent [m]."""
+    possible = []
+    for unit in MASS_UNITS:
+        sections = DeckSections(deck, unit)
+        for name in ("PCOMP", "PSHELL"):
+            for card in deck.cards.get(name, ()):
+                try:
+                    sections.section(card.fields[0])
+                except ValueError:
+                    continue
+                possible.append(unit)
+    if possible:
+        return max(possible, key=possible.count)
+    extent = np.ptp(deck.position, axis=0).max() if len(deck.position) else 0.0
+    return 1e-3 if extent > LONGEST else 1.0
+
+
 def _union(triangles: np.ndarray) -> BaseGeometry:
     """Return the largest part of the union of triangles (n, 3, 2)."""
     area = shapely.union_all(shapely.polygons(triangles))
@@ -112,34 +132,47 @@ def _corners(area: BaseGeometry) -> list[list[float]]:
     return [[float(f"{value:.9g}") for value in corner] for corner in ring.coords[:-1]]
 
 
-def _held_nodes(cards: Cards) -> Iterator[tuple[int, str]]:
-    """Yield node and components of each constraint of w."""
-    for name, fields in cards:
-        if name == "SPC1" and "3" in fields[1]:
-            nodes = [text for text in fields[2:] if text]
-            if "THRU" in map(str.upper, nodes):
-                nodes = list(map(str, range(int(nodes[0]), int(nodes[2]) + 1)))
-            yield from ((int(node), fields[1]) for node in nodes)
-        elif name == "GRID" and "3" in fields[6]:
-            yield int(fields[0]), fields[6]
-        elif name == "SPC":
-            yield from ((int(fields[k]), fields[k + 1]) for k in (1, 4) if "3" in fields[k + 1])
+def _held_across(
+    deck: Deck, mesh: FlatMesh, components: Mapping[int, str]
+) -> tuple[dict[int, bool], list[str]]:
+    """Return the nodes of a panel that are held across it, and whether they cannot turn.
+
+    Components are along the axes of displacements (CD).
+    """
+    frame = dict(zip(deck.node.tolist(), deck.frame, strict=True))
+    normal = np.cross(*mesh.axes.T)
+    fixed, oblique = {}, []
+    for node, text in components.items():
+        if node not in mesh.node:
+            continue
+
+        def shares(direction: Array, first: int, node: int = node, text: str = text) -> Array:
+            columns = [k for k in range(3) if str(first + k) in text]
+            return np.linalg.norm(frame[node][:, columns].T @ direction, axis=0)
+
+        (along,) = shares(normal[:, None], 1)
+        if along > 1 - ALIGNED:
+            fixed[node] = bool((shares(mesh.axes, 4) > 1 - ALIGNED).all())
+        elif along > ALIGNED:
+            oblique.append(node)
+    if not oblique:
+        return fixed, []
+    return fixed, [f"{len(oblique)} nodes held obliquely to the panel are left free ({oblique[0]})"]
 
 
-def _supports(cards: Cards, mesh: FlatMesh, *, is_thin: bool) -> dict[str, Any]:
+def _supports(fixed: Mapping[int, bool], mesh: FlatMesh, *, is_thin: bool) -> dict[str, Any]:
     """Return the section ``panel.supports``: whole sides, and other nodes as points."""
-    held = {node: components for node, components in _held_nodes(cards) if node in mesh.node}
-    nodes, sides = np.array(list(held), dtype=int), []
+    nodes, sides = np.array(list(fixed), dtype=int), []
     ring = _corners(_union(mesh.position[mesh.triangles]))
-    left = dict(held)
+    left = dict(fixed)
     for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
         side = shapely.LineString([a, b])
         distance = shapely.distance(shapely.points(mesh.position), side)
         on_side = mesh.node[distance <= CLOSE * np.ptp(mesh.position)]
         if np.isin(on_side, nodes).all():
-            is_clamped = all({"4", "5"} <= set(held[node]) for node in on_side.tolist())
+            is_clamped = all(fixed[node] for node in on_side.tolist())
             sides.append((a, b, "clamped" if is_clamped else "simply_supported"))
-            left = {node: text for node, text in left.items() if node not in on_side}
+            left = {node: turns for node, turns in left.items() if node not in on_side}
     kinds = {kind for *_, kind in sides}
     if len(sides) == len(ring) and len(kinds) == 1:
         supports: dict[str, Any] = {"outline": kinds.pop()}
@@ -147,96 +180,86 @@ def _supports(cards: Cards, mesh: FlatMesh, *, is_thin: bool) -> dict[str, Any]:
         edges = [{"from_m": a, "to_m": b, "kind": kind} for a, b, kind in sides]
         supports = {"outline": "free"} | ({"edges": edges} if edges else {})
     points = {}
-    for number, (node, text) in enumerate(sorted(left.items()), 1):
-        is_rigid = {"4", "5"} <= set(text) and not is_thin
-        points[f"H{number}"] = {"grid": node, "kind": "hold_down" if is_rigid else "hinge"}
+    for number, (node, is_rigid) in enumerate(sorted(left.items()), 1):
+        kind = "hold_down" if is_rigid and not is_thin else "hinge"
+        points[f"H{number}"] = {"grid": node, "kind": kind}
     return supports | ({"points": points} if points else {})
 
 
-def _masses(cards: Cards, mesh: FlatMesh, unit: float) -> dict[str, Any]:
-    """Return the section ``panel.masses``: the CONM2 on the panel, in t or kg by the unit."""
-    factor = 1.0 if unit == 1.0 else 1e3
-    return {
-        f"mass {fields[0]}": {
-            "grid": int(fields[1]),
-            "mass_kg": _rounded(factor * real_number(fields[3])),
-        }
-        for name, fields in cards
-        if name == "CONM2" and int(fields[1]) in mesh.node
-    }
+def _masses(deck: Deck, mesh: FlatMesh, unit: float) -> tuple[dict[str, Any], list[str]]:
+    """Return the section ``panel.masses``: the CONM2 on the panel; and those that are left out.
 
-
-def _section(cards: Cards, unit: float) -> dict[str, Any]:
-    """Return the section ``panel.section`` of the only PCOMP of a deck; empty without a core."""
-    laminates = [fields for name, fields in cards if name == "PCOMP"]
-    if len(laminates) != 1 or unit not in (1.0, 1e-3):
-        return {}
-    density = 1.0 if unit == 1.0 else 1e12  # of t/mm³
-    scale = {"rho": density, "nu": 1.0}  # others are moduli, in N/m² or N/mm²
-    materials: dict[str, dict[str, float]] = {}
-    for name, fields in cards:
-        for key, place in MATERIALS.get(name, {}).items():
-            value = real_number(fields[place] or "0") * scale.get(key, unit**-2)
-            materials.setdefault(fields[0], {})[key] = value
-    plies = _plies(laminates[0], unit)
-    core = max(range(len(plies)), key=lambda k: plies[k]["thickness_mm"])
-    bottom, top = plies[:core], plies[:core:-1]
-    if not {ply["material"] for ply in plies} <= set(materials):
-        return {}
-    skins = {ply["material"]: materials[ply["material"]] for ply in bottom + top}
-    low, high = FACE_DENSITY
-    if not (bottom and top and all(low < skin["rho"] < high for skin in skins.values())):
-        return {}
-    honeycomb = materials[plies[core]["material"]]
-    shear = (honeycomb.get(key, honeycomb["G"]) for key in ("GL", "GW"))
-    names = ("shear_modulus_l_mpa", "shear_modulus_w_mpa")
-    mass = real_number(laminates[0][2] or "0") * density * unit
-    return {
-        "kind": "sandwich",
-        "materials": {name: _material(skin) for name, skin in skins.items()},
-        **({"faces": top} if top == bottom else {"top": top, "bottom": bottom}),
-        "core": {
-            "thickness_mm": plies[core]["thickness_mm"],
-            **{name: _rounded(1e-6 * modulus) for name, modulus in zip(names, shear, strict=True)},
-            "density_kg_m3": _rounded(honeycomb["rho"]),
-            "ribbon_deg": plies[core]["angle_deg"],
-        },
-        "extra_mass_per_area_kg_m2": _rounded(mass),
-    }
-
-
-def _material(values: Mapping[str, float]) -> dict[str, float]:
-    """Return a material of ``panel.section.materials``."""
-    keys = {"E": "e1_gpa", "E2": "e2_gpa", "G": "g12_gpa"}
-    if "E2" not in values:
-        keys = {"E": "youngs_modulus_gpa"}
-    moduli = {name: _rounded(1e-9 * values[key]) for key, name in keys.items()}
-    ratio = {"nu12" if "E2" in values else "poissons_ratio": values["nu"]}
-    return {**moduli, **ratio, "density_kg_m3": _rounded(values["rho"])}
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.6g}")
-
-
-def _plies(fields: Sequence[str], unit: float) -> list[dict[str, Any]]:
-    """Return the plies of a PCOMP from −z to +z; neighbours of the same kind are one."""
-    stated: list[dict[str, Any]] = []
-    for k in range(8, len(fields) - 3, 4):
-        if any(fields[k : k + 3]):
-            material, thickness, angle = fields[k : k + 3]
-            last = stated[-1] if stated else {"material": "", "thickness_mm": 0.0}
-            length = 1e3 * unit * real_number(thickness) if thickness else last["thickness_mm"]
-            stated.append({
-                "material": material or last["material"], "thickness_mm": float(f"{length:.9g}"),
-                "angle_deg": real_number(angle or "0"),
-            })  # fmt: skip
-    if fields[7].upper() == "SYM":
-        stated += [dict(ply) for ply in reversed(stated)]
-    plies: list[dict[str, Any]] = []
-    for ply in stated:
-        if plies and all(ply[key] == plies[-1][key] for key in ("material", "angle_deg")):
-            plies[-1]["thickness_mm"] += ply["thickness_mm"]
+    ``unit`` is the unit of masses [kg], 0 where it is not known.
+    """
+    masses, elsewhere, is_offset = {}, 0.0, False
+    factor = unit * deck.mass_factor
+    for card in deck.cards.get("CONM2", ()):
+        fields = [*card.fields, *BLANKS]
+        mass = factor * real_number(fields[3])
+        if mass > 0 and fields[1].isdigit() and int(fields[1]) in mesh.node:
+            masses[f"mass {fields[0]}"] = {"grid": int(fields[1]), "mass_kg": rounded(mass)}
+            is_offset |= any(real_number(text) for text in fields[4:7])
         else:
-            plies.append(ply)
-    return plies
+            elsewhere += mass
+    remarks = []
+    if not factor and "CONM2" in deck.cards:
+        remarks.append("point masses are left out: no section tells the unit of masses")
+    elif elsewhere:
+        remarks.append(f"point masses of {elsewhere:.3g} kg that are not on the panel are left out")
+    if names := [name for name in deck.counts if name in ("CONM1", "CMASS2", "CMASS4", "CMASS1")]:
+        remarks.append(f"masses of {', '.join(names)} are left out")
+    if is_offset:
+        remarks.append("offsets of point masses are left out")
+    return masses, remarks
+
+
+def _section(deck: Deck, mesh: FlatMesh, unit: float) -> tuple[dict[str, Any], list[str]]:
+    """Return the section ``panel.section`` of the property with most area; or why there is none."""
+    area = cell_areas(mesh.position, mesh.triangles)
+    members = {name: cells for name, cells in mesh.groups.items() if not name.startswith("SET")}
+    largest = max(members, key=lambda name: area[members[name]].sum())
+    remarks = []
+    try:
+        section = DeckSections(deck, unit).section(largest)
+        places = np.array([k for k in deck.groups[largest] if _is_in(deck, mesh, k)])
+        values = _turned_to_panel(deck, mesh, places, section)
+    except ValueError as error:
+        return {}, [f"section of the options: {error}"]
+    if len(members) > 1:
+        share = area[members[largest]].sum() / area.sum()
+        names = ", ".join(sorted(set(members) - {largest})[:6])
+        remarks.append(f"section of property {largest}, {share:.0%} of the area; others: {names}")
+    return values, remarks
+
+
+def _is_in(deck: Deck, mesh: FlatMesh, place: int) -> bool:
+    return bool(np.isin(deck.shells.corners[place][:3], mesh.node).all())
+
+
+def _turned_to_panel(
+    deck: Deck, mesh: FlatMesh, places: Index, section: DeckSection
+) -> dict[str, Any]:
+    """Return a section with angles from the panel's x, seen from its z."""
+    normal, axis = deck.material_axes(places)
+    is_below = normal @ np.cross(*mesh.axes.T) < 0
+    x, y = (axis @ mesh.axes).T
+    turn = np.exp(2j * np.arctan2(y, x))  # a direction has no sense
+    mean = turn.mean() or 1.0
+    spread = np.degrees(np.ptp(np.angle(turn * np.conj(mean)))) / 2
+    if section.is_directional and spread > SPREAD:
+        message = (
+            f"the x axes of its materials differ by {spread:.3g}° (THETA, MCID or first sides)"
+        )
+        raise ValueError(f"{message}; a panel has one")
+    needs_side = section.is_directional or not section.is_symmetric
+    if needs_side and 0 < is_below.sum() < len(is_below):
+        raise ValueError("the normals of its elements are on both sides; a panel has one")
+    if not needs_side:
+        return dict(section.values)
+    degrees = float(np.degrees(np.angle(mean)) / 2)
+    return turned(section, degrees, is_below=bool(is_below.any()))
+
+
+def rounded(value: float) -> float:
+    """Return a value with six digits."""
+    return float(f"{value:.6g}")

@@ -35,7 +35,8 @@ several = partial(option, multiple=True)
 @force
 @option("--title", help="title of the report (default: the name of the file)")
 @option("--size", type=SIZE, default="1.5x1.0", help="edges of the panel [m]")
-@option("--mesh", type=FILE, help="Nastran deck or gmsh file: mesh, supports, sandwich of a PCOMP")
+@option("--mesh", type=FILE, help="Nastran deck or gmsh file: mesh, supports, section, masses")
+@several("--group", "groups", help="property or SET of the deck that is the panel; repeatable")
 @option("--unit-m", type=ABOVE_ZERO, help="length unit of the mesh [m] (1, or 0.001 by its extent)")
 @several("--hold-down", "hold_downs", type=PLACE, help="hold-down of 2 cm radius [m]; repeatable")
 @option("--supports", type=EDGES, help="edges (default: simply_supported; free with hold-downs)")
@@ -70,13 +71,19 @@ def new(file: Path, force: bool, **options: Any) -> None:
     from pidpanel.cli.draft import Draft, write
     from pidpanel.study import StudyError
 
-    source = click.get_current_context().get_parameter_source("size")
-    if options["mesh"] is not None and source is ParameterSource.COMMANDLINE:
+    context = click.get_current_context()
+    is_stated = {
+        key: context.get_parameter_source(key) is ParameterSource.COMMANDLINE
+        for key in ("size", "section")
+    }
+    if options["mesh"] is not None and is_stated["size"]:
         raise StudyError(f"--size: not allowed with --mesh, the size is that of {options['mesh']}")
-    draft = Draft(**options)
+    draft = Draft(**options, is_section_stated=is_stated["section"])
     write(draft, file, force=force)
     print(f"{file}: written")
-    if draft.deck is not None and not (draft.supports or draft.hold_downs):
+    if draft.deck is not None:
         section = "" if draft.laminate else ", section of the options"
         print(f"{draft.mesh}: {draft.deck.text}{section}")
+        for remark in draft.deck.remarks:
+            print(f"  {remark}")
     print_next(file, Path(), "check")

@@ -64,3 +64,21 @@ def rectangle_corners(
     if not np.isclose(area, np.prod(high - low), rtol=1e-6):
         return None
     return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+
+
+def plane_axes(normal: Array) -> Array:
+    """Return two unit vectors across a direction as columns (3, 2).
+
+    The first is nearest to x, or to y where the direction is near x; both and the direction are
+    right-handed.
+
+    Examples
+    --------
+    >>> plane_axes(np.array([0.0, 0.0, 2.0])).T.tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+    unit = np.asarray(normal, np.float64) / np.linalg.norm(normal)
+    start = np.eye(3)[1 if abs(unit[0]) > 0.9 else 0]
+    first = start - (start @ unit) * unit
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(unit, first)], axis=1)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements, bytes_of, included, stacked
-from pidpanel.text_files import lines_of
+from pidpanel.modal_files.shapes import ModeShapes, SurfaceElements, bytes_of, stacked
+from pidpanel.text_files import included, lines_of
 
 END = re.compile(rb"^ -3\s*$", re.MULTILINE)
 RESULT = re.compile(rb"^  100C.{6}(.{12}).{32}([ \d]{2}).{15}([ \d]{2})", re.MULTILINE)

@@ -42,6 +42,7 @@ class ModalModel:
     source: str  # names of the files
     # (n_nodes, 3, n_static) of static cases with a pressure of 1 in the file [m/Pa]
     static_displacement: Array = field(default_factory=lambda: np.empty((0, 3, 0)))
+    remarks: tuple[str, ...] = ()  # what of the mesh is not read
 
     @property
     def areal_mass(self) -> Array:
@@ -90,7 +91,16 @@ def modal_model(
         static = static * unit_m**2 / mass_unit  # a pressure of 1 is unit_kg/(unit_m s²)
         frequency = np.where(np.abs(shapes.frequency) <= RIGID, 0.0, shapes.frequency)
         model = ModalModel(
-            position, mesh.node[rows], frequency, mass, motion, cells, groups, place, static
+            position,
+            mesh.node[rows],
+            frequency,
+            mass,
+            motion,
+            cells,
+            groups,
+            place,
+            static,
+            mesh.remarks,
         )
         _check(model, unit_kg is None)
         areal = model.areal_mass

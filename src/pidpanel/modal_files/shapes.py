@@ -21,6 +21,7 @@ class SurfaceElements(NamedTuple):
     corners: Sequence[Sequence[int]]  # numbers of the nodes: corners, then those between them
     groups: Mapping[str, Sequence[int]]  # places of elements
     frame: Array | None = None  # (n_nodes, 3, 3) axes of displacements, in columns
+    remarks: tuple[str, ...] = ()  # what of the file is not read
 
 
 class ModeShapes(NamedTuple):
@@ -41,15 +42,6 @@ def bytes_of(path: Path) -> bytes:
         return read_bytes(path, LARGEST_RESULT)
     except TextFileError as error:
         raise ValueError(f"{path}: {error.message}") from None
-
-
-def included(path: Path, line: int, name: str, folder: Path) -> Path:
-    """Return a file that a line includes, which must be in the folder of the first file."""
-    places = [(base / name).resolve() for base in (folder, path.parent)]
-    for place in places:
-        if place.is_relative_to(folder.resolve()) and place.is_file() and place != path.resolve():
-            return place
-    raise ValueError(f"{path}:{line}: {name!r} is not a file in {folder}, where it must be")
 
 
 def stacked(

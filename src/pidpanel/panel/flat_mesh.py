@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import ColumnsError
-from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths
+from pidpanel.geometry.plane_mesh import cell_areas, edge_lengths, plane_axes
 from pidpanel.geometry.polygon import Position, Shape, show
 from pidpanel.panel.connectivity import check_connectivity
 from pidpanel.panel.mesh import PanelMesh, check_patch_areas
@@ -24,7 +24,7 @@ from pidpanel.text_files import LARGEST, TextFileError, read_bytes
 # Patches of a foreign mesh are whole elements: their area may differ from the patch's by this.
 PATCH_AREA_TOLERANCE = 0.02
 # Share of the extent: a node further than this from the others is off the plane.
-FLAT = 1e-5
+FLAT = 1e-4
 CLOSE = 1e-3  # shortest over longest edge of a triangle up to which its nodes are reported
 LARGEST_NUMBER = 2**63 - 1  # of a node or an element
 
@@ -54,6 +54,8 @@ class FlatMesh:
     groups: dict[str, Index]  # triangles of each group; an element may be in several
     numbers: Mapping[str, str] = field(default_factory=dict)  # names of groups by their numbers
     remarks: tuple[str, ...] = ()  # what of the file is not used, read otherwise, or unusual
+    # (3, 2) of x and y in the frame of the file, in columns
+    axes: Array = field(default_factory=lambda: np.eye(3)[:, :2])
 
     @classmethod
     def from_elements(
@@ -71,7 +73,8 @@ class FlatMesh:
         Parameters
         ----------
         node, position
-            Numbers (n,) and positions (n, 3) of the nodes [m].
+            Numbers (n,) and positions (n, 3) of the nodes [m]. x and y of the mesh are along the
+            axes of its plane, from the foot of the origin on it; see `plane_axes`.
         element, corners
             Numbers of the elements, and the numbers of their nodes in order.
         groups
@@ -96,19 +99,22 @@ class FlatMesh:
             used = np.unique([index[number] for nodes in corners for number in nodes])
             remarks = [*remarks, *_unused_nodes(np.delete(numbers, used))]
             numbers, position = numbers[used], position[used]
-            _check_plane(numbers, position)
-            position = position[:, :2]
+            rows = [[index[number] for number in (*nodes[:3], nodes[-1])] for nodes in corners]
+            axes, level = _plane(numbers, position, np.searchsorted(used, rows))
+            remarks += _plane_in_words(axes, level)
+            position = position @ axes
             cells, origin = _cut(elements, corners, numbers, position)
             turned = _inverted(elements[origin], position, cells)
             if 0 < turned.sum() < len(cells):
                 fewer = turned if 2 * turned.sum() <= len(cells) else ~turned
                 count = len(np.unique(origin[fewer]))
-                remarks.append(f"{_counted(count, 'element')} upside down, which has no effect")
+                remarks.append(f"{counted(count, 'element')} upside down, which has no effect")
             cells = np.where(turned[:, None], cells[:, ::-1], cells)
             check_connectivity(numbers, elements[origin], position, cells)
             remarks += _short_edges(numbers, position, cells)
             members = {name: np.flatnonzero(np.isin(origin, rows)) for name, rows in groups.items()}
-            return cls(path, numbers, position, cells, members, remarks=tuple(remarks))
+            checked = numbers, position, cells, members
+            return cls(path, *checked, remarks=tuple(remarks), axes=axes)
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
@@ -195,17 +201,46 @@ def _numbers(noun: str, tags: Sequence[int]) -> Index:
     return np.asarray(tags, dtype=np.int64)
 
 
-def _check_plane(node: Index, position: Array) -> None:
+def _plane(node: Index, position: Array, corners: Index) -> tuple[Array, float]:
+    """Return axes (3, 2) and level [m] of the plane of elements; refuse nodes that are off it."""
     extent = float(np.ptp(position, axis=0).max())
-    height = position[:, 2]
-    usual = np.sort(height)[len(height) // 2]
-    off_plane = np.abs(height - usual)
-    if off_plane.max() > FLAT * extent:
-        worst = np.argmax(off_plane)
-        raise ValueError(
-            f"node {node[worst]}: z = {height[worst]:g} m, most have {usual:g} m; the"
-            " panel must be plane, in x and y"
-        )
+    a, b, c, d = position[corners].transpose(1, 0, 2)
+    area = np.cross(c - a, np.where((d == c).all(axis=1)[:, None], a, d) - b)
+    size = np.linalg.norm(area, axis=1)[:, None]
+    if not size.any():
+        return np.eye(3)[:, :2], 0.0  # refused as degenerate
+    area *= np.where(area @ area[size.argmax()] < 0, -1, 1)[:, None]
+    # the mean is exact, the median is that of most elements where some are off
+    for normal in (
+        area.sum(axis=0),
+        np.median(area[size[:, 0] > 0] / size[size > 0, None], axis=0),
+    ):
+        normal = normal / np.linalg.norm(normal)
+        if np.ptp(position[:, 2]) <= FLAT * extent:  # x and y are those of the file
+            normal = np.array([0.0, 0.0, 1.0])
+        normal *= np.sign(normal[np.abs(normal).argmax()])
+        height = position @ normal
+        level = float(np.sort(height)[len(height) // 2])
+        off_plane = np.abs(height - level)
+        if off_plane.max() <= FLAT * extent:
+            return plane_axes(normal), level
+    worst = np.argmax(off_plane)
+    raise ValueError(
+        f"node {node[worst]} is {off_plane[worst]:g} m off the plane of most others, with normal"
+        f" {_direction(normal)}; the panel must be plane"
+    )
+
+
+def _plane_in_words(axes: Array, level: float) -> list[str]:
+    """Return how a plane other than that of x and y lies."""
+    if (axes == np.eye(3)[:, :2]).all():
+        return []
+    x, y, z = map(_direction, (*axes.T, np.cross(*axes.T)))
+    return [f"a plane {level:.4g} m from the origin, with x along {x}, y along {y}, z along {z}"]
+
+
+def _direction(vector: Array) -> str:
+    return "(" + ", ".join(f"{value:.4g}" for value in np.round(vector, 4) + 0.0) + ")"
 
 
 def _cut(
@@ -255,7 +290,7 @@ def _inverted(element: Index, vertices: Array, triangles: Index) -> NDArray[np.b
 def _unused_nodes(numbers: Index) -> list[str]:
     if not numbers.size:
         return []
-    return [f"{_counted(len(numbers), 'node')} without an element ({numbers[0]})"]
+    return [f"{counted(len(numbers), 'node')} without an element ({numbers[0]})"]
 
 
 def _short_edges(node: Index, vertices: Array, triangles: Index) -> list[str]:
@@ -268,10 +303,11 @@ def _short_edges(node: Index, vertices: Array, triangles: Index) -> list[str]:
     side = int(np.argmin(edges[worst]))
     a, b = sorted(node[triangles[worst, [side, (side + 1) % 3]]].tolist())
     return [
-        f"{_counted(int(np.sum(share <= CLOSE)), 'triangle')} with nodes closer than {CLOSE:g} of"
+        f"{counted(int(np.sum(share <= CLOSE)), 'triangle')} with nodes closer than {CLOSE:g} of"
         f" their longest edge ({a} and {b})"
     ]
 
 
-def _counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """Return a number of things in words."""
     return f"{count} {noun}{'s' * (count > 1)}"

@@ -78,7 +78,7 @@ class StudiedPanel:
         if spec.file.suffix.lower() == ".msh":
             mesh = read_gmsh(spec.file, spec.unit_m)
         else:
-            mesh = read_nastran(spec.file, spec.ignore, spec.unit_m)
+            mesh = read_nastran(spec.file, spec.ignore, spec.unit_m, spec.groups)
         if message := EXTENT.refuses(extent := float(np.ptp(mesh.position, axis=0).max())):
             raise ValueError(
                 f"{spec.file}: extends over {extent:g} m with unit_m = {spec.unit_m:g}; {message}"

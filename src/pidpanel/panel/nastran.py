@@ -1,106 +1,50 @@
-"""Plane meshes from Nastran bulk data: GRID, CTRIA3, CTRIAR, CQUAD4 and CQUADR.
+"""Flat meshes of Nastran decks: shells in any plane, all of a deck or groups of it.
 
-A deck with any other card (supports, masses, other elements, includes) describes another panel than
-would be read, so it is refused with the card and its line, unless the study lists the card as
-ignored. Cards that place nodes or elements cannot be ignored. Properties and materials are ignored:
-the section comes from the study. So are coordinate systems that no node is placed in, parameters,
-and the executive and case control before ``BEGIN BULK``. Whatever is not used is counted. Fields
-may be short (8), long (16, ``GRID*``) or free (commas).
+A deck with any other card (supports, masses, other elements) describes another panel than would be
+read, so it is refused with the card and its line, unless the study lists the card as ignored or
+names the groups of its panel. The section comes from the study. Whatever is not used is counted.
 """
 
-import math
 import re
-from collections import Counter
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.constants import PLACING_CARDS
-from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, read_mesh_file
-from pidpanel.text_files import lines_of
+from pidpanel.nastran.deck import GEOMETRY, MASSES, MOST_FAULTS, SHELLS, Deck, deck_and_faults
+from pidpanel.panel.flat_mesh import FlatMesh, MeshFileError, counted
 
-CORNERS = {"CTRIA3": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUADR": 4}
-READ = ("GRID", "GRDSET", *CORNERS)
-# Cards replaced by the section of the study, and cards of an analysis
-IGNORED = ("PSHELL", "PCOMP", "PCOMPG", "MAT1", "MAT2", "MAT8", "PARAM", "EIGRL", "EIGR")
-SYSTEMS = tuple(f"CORD{number}{kind}" for number in "12" for kind in "RCS")
-BULK = ["BEGIN", "BULK"]
-ALLOWED = ", ".join(("GRID", *CORNERS, *IGNORED, "BEGIN BULK", "ENDDATA"))
+# Cards without a part in the natural modes, and properties and materials, for which the study has a
+# section. Cards of supports, masses and elements are not among them.
+HARMLESS = re.compile(
+    "PARAM|PLOTEL|P(SHELL|COMPG?|SOLID|BARL?|BEAML?|BCOMP|ROD|TUBE|BUSH|BUSH1D|ELAST?|DAMP|SHEAR|GAP"
+    "|MASS|WELD|FAST|VISC|LSOLID)|MAT[0-9TSU]+[A-Z0-9]*|EIG[A-Z]*|TABLE[A-Z0-9]*|TABD[A-Z0-9]*"
+    "|FORCE[12]?|MOMENT[12]?|PLOAD[124]?|LOAD|LSEQ|GRAV|RFORCE|ACCEL1?|TEMP[A-Z0-9]*|FREQ[1-5]?"
+    "|TSTEP|DLOAD|[RT]LOAD[12]|DAREA|DPHASE|DELAY|SET[1-3]|SPCD|SPOINT|EPOINT|[ABCQU]SET1?|SUPORT1?"
+    "|D(ESVAR|RESP[12]|CON[A-Z]+|VPREL1|VMREL1|OPTPRM|LINK|TABLE)|RANDPS|RANDT1|CORD[0-9A-Z]+"
+)
+# What would falsify even the chosen groups
+TWISTING = re.compile("BEGIN|=|SEBULK|SELOC|SEMPLN|GRID[A-Z]")
+ALLOWED = ", ".join(("GRID", "GRDSET", *SHELLS, "CORD1R to CORD2S", "BEGIN BULK", "ENDDATA"))
 ADVICE = "state supports and masses in the study and list their cards in panel.mesh.ignore"
-PLACED = "it places nodes or elements, so it cannot be ignored"
-# Place of the mass among the fields of a card
-MASS_FIELD = {"CONM1": 3, "CONM2": 3, "CMASS2": 1, "CMASS4": 1}
-# More than any card that is read has; lists of nodes have more
-MOST_FIELDS, MOST_LISTED = 64, 1_000_000
-# A file with more mistakes is not read to its end
-COUNTED_FAULTS = 1000
-# Nastran may leave out the E of an exponent: 1.5-3 is 0.0015
-SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
+PLACED = "it places nodes or elements; panel.mesh.groups chooses the panel's"
+STRAIGHT = 1e-3  # distance of a node from the middle of its edge over its length
 
 
-@dataclass
-class _Deck:
-    """The nodes and elements of a deck, and what of it is not used."""
-
-    node: list[int] = field(default_factory=list)
-    position: list[list[float]] = field(default_factory=list)
-    element: list[int] = field(default_factory=list)
-    corners: list[list[int]] = field(default_factory=list)
-    groups: dict[str, list[int]] = field(default_factory=dict)
-    unused: Counter[str] = field(default_factory=Counter)
-    mass: dict[str, float] = field(default_factory=dict)
-
-    def read(self, name: str, fields: list[str]) -> None:
-        """Read a card; raise `ValueError` for what cannot be read."""
-        if name == "GRDSET":
-            self._read_node_options(name, [fields[1], "", "", "", *fields[5:]])
-        elif name == "GRID":
-            self._read_node_options(name, fields[1:])
-            number = _integer(fields[0])
-            self.position.append([real_number(value or "0") for value in fields[2:5]])
-            self.node.append(number)
-        else:
-            count = CORNERS[name]
-            number, nodes = _integer(fields[0]), [_integer(text) for text in fields[2 : 2 + count]]
-            if any(text and real_number(text) != 0 for text in fields[2 + count :]):
-                self.unused[f"{name} with angle, offset or thickness"] += 1
-            self.groups.setdefault(fields[1] or fields[0], []).append(len(self.element))
-            self.element.append(number)
-            self.corners.append(nodes)
-
-    def _read_node_options(self, name: str, fields: list[str]) -> None:
-        system, _, _, _, out_system, constraints, *trailing = fields
-        if system not in ("", "0"):
-            raise ValueError(f"CP = {system} is not read; allowed is blank, the basic system")
-        for text, label in ((out_system, "CD"), (constraints, "PS")):
-            if not re.fullmatch("-?[0-9]*", text):
-                raise ValueError(f"{label} = {text} is not a number")
-            if text not in ("", "0"):
-                self.unused[f"{name} with {label} = {text}"] += 1
-        if any(text not in ("", "0") for text in trailing):
-            raise ValueError(f"a field after PS is not read: {' '.join(trailing).strip()}")
-
-    def skip(self, name: str, fields: list[str]) -> None:
-        """Count a card that is not used, and its mass."""
-        if name in IGNORED or name in SYSTEMS:
-            return
-        self.unused[name] += 1
-        if name in MASS_FIELD:
-            mass = real_number(fields[MASS_FIELD[name]] or "0")
-            self.mass[name] = self.mass.get(name, 0.0) + mass
-
-    def remarks(self) -> list[str]:
-        """Return what is not used, with its mass in the unit of the deck."""
-        mass = {
-            name: f" (mass {value:g} in the unit of the deck)" for name, value in self.mass.items()
-        }
-        return [f"{count} {name}{mass.get(name, '')}" for name, count in self.unused.items()]
+def is_refused(name: str, ignored: Collection[str] = (), *, is_chosen: bool = False) -> bool:
+    """Return whether a card keeps a deck from being read; fewer do where groups are chosen."""
+    if name in GEOMETRY or HARMLESS.fullmatch(name):
+        return False
+    if is_chosen:
+        return TWISTING.match(name) is not None
+    return name not in ignored or PLACING_CARDS.match(name) is not None
 
 
-def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -> FlatMesh:
-    """Read a plane mesh from bulk data; groups are the property numbers of the elements.
+def read_nastran(
+    path: Path, ignored: Collection[str] = (), unit: float = 1.0, groups: Sequence[str] = ()
+) -> FlatMesh:
+    """Read a flat mesh from a deck; groups are properties (``12``) and sets (``SET 7``).
 
     Parameters
     ----------
@@ -108,128 +52,107 @@ def read_nastran(path: Path, ignored: Collection[str] = (), unit: float = 1.0) -
         Further cards to ignore, such as SPC1 and CONM2; they are counted.
     unit
         Length unit of the file [m].
+    groups
+        Those that the panel consists of; all shells without any. Whatever else the deck has is
+        counted then.
 
     Raises
     ------
     MeshFileError
         A line for each mistake: file, line, card, what is allowed.
     ValueError
-        If `FlatMesh.from_elements` refuses the elements.
+        If `FlatMesh.from_elements` refuses the elements, or there is no such group.
     """
-    deck = _Deck()
-    faults: list[str] = []
-    told: set[str] = set()
-    for line, name, fields in read_cards(path, faults):
-        try:
-            if name in READ:
-                deck.read(name, fields + 16 * [""])
-            elif name in {*IGNORED, *SYSTEMS, *ignored} and not PLACING_CARDS.match(name):
-                deck.skip(name, fields + 16 * [""])
-            elif name not in told:  # reported once
-                told.add(name)
-                advice = PLACED if PLACING_CARDS.match(name) else ADVICE
-                faults.append(
-                    f"{path}:{line}: card {name} is not read; allowed are {ALLOWED}; {advice}"
-                )
-        except ValueError as error:
-            faults.append(f"{path}:{line}: {name}: {error}")
-        if len(faults) > COUNTED_FAULTS:
+    return flat_mesh(checked_deck(path, ignored, groups), unit, groups)
+
+
+def checked_deck(
+    path: Path, ignored: Collection[str] | None = None, groups: Sequence[str] = ()
+) -> Deck:
+    """Return a deck whose cards may all be read or left out; see `read_nastran`.
+
+    Without ``ignored`` all cards that may be ignored are, for a study that states what they say.
+    """
+    deck, faults = deck_and_faults(path, is_whole=ignored is None)
+    ignored = deck.first if ignored is None else ignored
+    for name, place in deck.first.items():
+        if is_refused(name, ignored, is_chosen=bool(groups)):
+            advice = PLACED if PLACING_CARDS.match(name) else ADVICE
+            faults.append(f"{place}: card {name} is not read; allowed are {ALLOWED}; {advice}")
+        if len(faults) > MOST_FAULTS:
             break
     if faults:
         raise MeshFileError(faults)
-    if not deck.element:
-        raise ValueError(f"{path}: no CTRIA3 or CQUAD4; a mesh needs one")
+    return deck
+
+
+def flat_mesh(deck: Deck, unit: float, groups: Sequence[str] = ()) -> FlatMesh:
+    """Return the flat mesh of a deck; see `read_nastran`."""
+    shells = deck.shells
+    if not shells.number.size:
+        raise ValueError(f"{deck.path}: no CTRIA3 or CQUAD4; a mesh needs one")
+    chosen = np.arange(len(shells.number))
+    if groups:
+        for name in groups:
+            if name not in deck.groups:
+                names = ", ".join(list(deck.groups)[:20])
+                raise ValueError(f"{deck.path}: has no group {name}; it has {names}")
+        chosen = np.unique(np.concatenate([deck.groups[name] for name in groups]))
+    place = {k: row for row, k in enumerate(chosen.tolist())}
+    parts = {
+        name: [place[k] for k in members if k in place] for name, members in deck.groups.items()
+    }
+    corners = [shells.corners[k][: SHELLS[shells.kind[k]][0]] for k in place]
+    used = {number for nodes in corners for number in nodes}
+    middles = {number for k in place for number in shells.corners[k]} - used
+    is_used = np.isin(deck.node, list(used)) if groups else ~np.isin(deck.node, list(middles))
     return FlatMesh.from_elements(
-        path,
-        deck.node,
-        unit * np.array(deck.position).reshape(-1, 3),
-        deck.element,
-        deck.corners,
-        deck.groups,
-        deck.remarks(),
+        deck.path,
+        deck.node[is_used].tolist(),
+        unit * deck.position[is_used],
+        shells.number[chosen].tolist(),
+        corners,
+        {name: members for name, members in parts.items() if members},
+        [*_unused(deck, used, is_chosen=bool(groups)), *_unlike(deck, chosen)],
     )
 
 
-def read_cards(
-    path: Path, faults: list[str], lists: Collection[str] = ()
-) -> Iterator[tuple[int, str, list[str]]]:
-    """Yield line number, name and fields of each card; add the faults of other lines.
-
-    ``lists`` are further cards of which all fields are needed.
-    """
-    pending: tuple[int, str, list[str]] | None = None
-    data = read_mesh_file(path)
-    if b"\0" in data:
-        line = data[: data.index(b"\0")].count(b"\n") + 1
-        raise ValueError(f"{path}:{line}: must be text; it has a byte 0x00, as of a binary file")
-    # comments may be in any encoding
-    lines = [raw.split("$")[0].rstrip().expandtabs(8) for raw in lines_of(data.decode("latin-1"))]
-    if next(filter(None, lines), "").startswith("*"):
-        raise ValueError(f"{path}: must be Nastran bulk data; it begins like an input of Abaqus")
-    control = next((k for k, text in enumerate(lines) if text.upper().split() == BULK), 0)
-    for number, text in enumerate(lines, 1):
-        words = text.upper().split()
-        if not words or (number <= control and words[0] != "INCLUDE"):
+def _unused(deck: Deck, used: Collection[int], *, is_chosen: bool) -> list[str]:
+    """Return which cards are not used, with their mass in the unit of the deck."""
+    fixed = [node for node in deck.fixed if node in used]
+    remarks = [f"{len(fixed)} GRID with PS"] if fixed else []
+    for name, count in deck.counts.items():
+        if name in GEOMETRY or HARMLESS.fullmatch(name):
             continue
-        if words[0] == "ENDDATA" or words == ["END", "BULK"]:
-            break
-        if words == BULK:
+        mass = deck.mass_of(name) if name in MASSES else 0.0
+        remarks.append(f"{count} {name}" + f" (mass {mass:g} in the unit of the deck)" * (mass > 0))
+    return [", ".join(remarks)] if is_chosen and remarks else remarks
+
+
+def _unlike(deck: Deck, chosen: np.ndarray) -> list[str]:
+    """Return what shells state that a flat mesh has not: directions, offsets, curved edges."""
+    shells, remarks = deck.shells, []
+    curved = 0
+    at = dict(zip(deck.node.tolist(), deck.position, strict=True))
+    for k in chosen.tolist():
+        count = SHELLS[shells.kind[k]][0]
+        nodes = [at[number] for number in shells.corners[k] if number in at]
+        if len(nodes) != 2 * count:
             continue
-        head, fields, surplus = _fields(text)
-        name = head.rstrip("*").strip().upper()
-        is_continuation = name in ("", "+") or head.startswith(("+", "*"))
-        card = pending[1] if pending is not None and is_continuation else name
-        if surplus and (card in READ or card in lists):
-            message = f"{card}: '{surplus}' follows the eighth field of a line"
-            faults.append(f"{path}:{number}: {message}; allowed is a mark of continuation")
-        if is_continuation:
-            if pending is None:
-                faults.append(f"{path}:{number}: a continuation without a card")
-            elif len(pending[2]) <= (MOST_LISTED if card in lists else MOST_FIELDS):
-                pending[2].extend(fields)
-            elif pending[1] in READ:
-                faults.append(f"{path}:{number}: a card has more than {MOST_FIELDS} fields")
-                break
-            continue
-        if pending is not None:
-            yield pending
-        placing = re.match("BEGIN|INCLUDE|=", words[0])
-        pending = number, placing[0] if placing else name, fields
-    if pending is not None:
-        yield pending
-
-
-def _fields(text: str) -> tuple[str, list[str], str]:
-    """Return the name of a card, its fields, and what follows them but for a continuation mark."""
-    if "," in text:
-        # fields 2 to 9; the tenth marks a continuation
-        head, *fields = (field.strip() for field in text.split(","))
-        width = 4 if "*" in head else 8
-        if re.fullmatch(r"[+*]([A-Za-z]\w*)?", fields[-1]):
-            fields.pop()  # a mark of continuation wherever the line ends
-        fields += [""] * (width - len(fields))  # what continues begins in the ninth field
-        mark, *surplus = [*fields[width:], ""]
-        if not re.fullmatch(r"([+*A-Za-z].*)?", mark):
-            surplus = [mark, *surplus]
-        return head, fields[:width], ", ".join(filter(None, surplus))
-    head, body = text[:8].strip(), text[8:72]
-    width = 16 if "*" in head else 8
-    return head, [body[k : k + width].strip() for k in range(0, 64, width)], ""
-
-
-def _integer(text: str) -> int:
-    number = int(text) if re.fullmatch("[0-9]{1,18}", text) else 0
-    if number < 1:
-        raise ValueError(f"{text or 'a blank'} is not allowed; a number from 1 is needed")
-    return number
-
-
-def real_number(text: str) -> float:
-    """Return a number as Nastran writes it; `ValueError` for what is none."""
-    try:
-        number = float(SHORT_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise ValueError(f"{text} is not a number")
-    return number
+        ends, middle = np.array(nodes[:count]), np.array(nodes[count:])
+        following = np.roll(ends, -1, axis=0)
+        gap = np.linalg.norm(middle - (ends + following) / 2, axis=1)
+        curved += bool((gap > STRAIGHT * np.linalg.norm(following - ends, axis=1)).any())
+    statements = {
+        "THETA or MCID": (shells.system[chosen] >= 0) | (np.nan_to_num(shells.angle[chosen]) != 0),
+        "ZOFFS": shells.offset[chosen] != 0,
+        "a thickness of their own": np.array(shells.has_thickness)[chosen],
+    }
+    for text, is_stated in statements.items():
+        if count := int(is_stated.sum()):
+            remarks.append(
+                f"{counted(count, 'element')} with {text}: the section of the study counts"
+            )
+    if curved:
+        remarks.append(f"{counted(curved, 'element')} with curved edges, which are straight here")
+    return remarks

@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from pidpanel.arrays import Array, Flags
+from pidpanel.geometry.plane_mesh import plane_axes
 
 Place = tuple[float, float, float]
 
@@ -87,21 +88,3 @@ class Prism:
         plane = plane_axes(np.array(self.along))
         outline = shapely.Polygon(np.array(self.corners) @ plane).buffer(slack)
         return np.asarray(shapely.contains_xy(outline, *np.moveaxis(position @ plane, -1, 0)))
-
-
-def plane_axes(normal: Array) -> Array:
-    """Return two unit vectors across a direction as columns (3, 2).
-
-    The first is nearest to x, or to y where the direction is near x; both and the direction are
-    right-handed.
-
-    Examples
-    --------
-    >>> plane_axes(np.array([0.0, 0.0, 2.0])).T.tolist()
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    """
-    unit = np.asarray(normal, np.float64) / np.linalg.norm(normal)
-    start = np.eye(3)[1 if abs(unit[0]) > 0.9 else 0]
-    first = start - (start @ unit) * unit
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(unit, first)], axis=1)

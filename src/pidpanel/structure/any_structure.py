@@ -12,12 +12,13 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_mesh import plane_axes
 from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.supports import Supports
-from pidpanel.shell.selections import Place, Selection, plane_axes
+from pidpanel.shell.selections import Place, Selection
 from pidpanel.structure.surface import Surface
 
 FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat

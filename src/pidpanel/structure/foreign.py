@@ -204,6 +204,7 @@ class ForeignStructure(AnyStructure):
         """What of the files is not used or unusual."""
         model = self.model
         remarks = [f"{len(model.frequency)} modes to {model.frequency[-1]:.4g} Hz, {model.source}"]
+        remarks += model.remarks
         if (count := model.static_displacement.shape[2]) and not self.pressures:
             remarks.append(f"{count} static cases without structure.modes.pressures are not used")
         return remarks

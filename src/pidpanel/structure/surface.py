@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.geometry.plane_mesh import cell_areas, plane_axes
 from pidpanel.panel.basis import PanelBasis
-from pidpanel.shell.selections import plane_axes
 
 
 @dataclass(frozen=True)

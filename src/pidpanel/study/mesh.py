@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator
 
 from pidpanel.constants import PLACING_CARDS
-from pidpanel.study.base import SectionModel, by_kind, file_in
+from pidpanel.study.base import SectionModel, Text, by_kind, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
 
@@ -71,10 +71,16 @@ class MeshFile(SectionModel):
     supports and masses. They are counted. Cards that place nodes or elements are not allowed."""
     refine: Annotated[int, whole(0, 4)] = 0
     """How often the elements of a file are divided in four, where they are too coarse."""
+    groups: tuple[Text, ...] = ()
+    """Groups of a Nastran file that the panel consists of: properties (``"12"``) and sets
+    (``SET 7``); all shells by default. Other cards are counted then, and need no ``ignore``."""
 
     def mistakes(self) -> Iterator[Mistake]:
-        if self.ignore and self.file.suffix.lower() == ".msh":
-            yield Mistake(("ignore",), "only allowed with a Nastran file")
+        for key in ("ignore", "groups"):
+            if getattr(self, key) and self.file.suffix.lower() == ".msh":
+                yield Mistake((key,), "only allowed with a Nastran file")
+        if self.ignore and self.groups:
+            yield Mistake(("ignore",), "not needed with groups")
 
 
 Mesh = Annotated[Quadrilaterals | Triangles | MeshFile, *by_kind("quadrilaterals")]
