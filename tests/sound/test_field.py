@@ -14,11 +14,12 @@ from pidpanel.sound.field import (
     lumped_area,
     plane_wave_modal_force,
     tabulate_diffuse,
-    tabulate_plane_wave,
+    tabulate_plane_waves,
     uncorrelated_modal_force,
     uniform_modal_force,
     wavenumber,
 )
+from pidpanel.sound.plane_waves import PlaneWaves
 from tests.sound.panels import SIDES, sine_panel, sines
 
 SPEED = 343.0
@@ -116,10 +117,10 @@ def test_the_table_is_the_direct_sum_at_every_frequency(panel, table):
 def test_plane_waves_from_all_sides_make_the_diffuse_field(panel):
     # a plain midpoint rule in cos θ and azimuth, 24 × 24: 1e-3 of the largest at 150 Hz
     k = float(wavenumber(150.0, SPEED))
-    total = np.zeros((len(MODES), len(MODES)), dtype=complex)
-    for cosine in (np.arange(24) + 0.5) / 24:
-        for azimuth in 2 * np.pi * (np.arange(24) + 0.5) / 24:
-            total += plane_wave_modal_force([k], np.arccos(cosine), azimuth, panel)[0] / 576
+    middles = (np.arange(24) + 0.5) / 24
+    angles = np.meshgrid(np.arccos(middles), 2 * np.pi * middles)
+    waves = PlaneWaves(*(angle.ravel() for angle in angles), np.full(576, 1 / 576))
+    total = plane_wave_modal_force([k], waves, panel)[0]
     diffuse = diffuse_modal_force(k, panel)
     np.testing.assert_allclose(total, diffuse, atol=1e-3 * diffuse.max())
 
@@ -130,7 +131,7 @@ def test_a_plane_wave_drives_a_sine_as_its_fourier_transform_says(panel):
     k = float(wavenumber(500.0, SPEED))
     kappa, wave = k * np.sin(0.7), 2 * np.pi / SIDES[0]
     along = wave**2 * 2 * (1 - np.cos(kappa * SIDES[0])) / (wave**2 - kappa**2) ** 2
-    matrix = plane_wave_modal_force([k], 0.7, 0.0, panel)[0]
+    matrix = plane_wave_modal_force([k], PlaneWaves.lone(0.7, 0.0), panel)[0]
     assert matrix[1, 1].real == pytest.approx(along * (2 / np.pi) ** 2, rel=1e-6)
     np.testing.assert_allclose(matrix, matrix.conj().T, atol=1e-16)
     assert np.linalg.matrix_rank(matrix, tol=1e-12) == 1
@@ -141,7 +142,7 @@ def test_a_plane_wave_across_the_panel_pushes_later_where_it_comes_later(panel):
     # b_1 b_2* with b = ∫ φ e^{−ikx}; computed here by a sum over the points as it stands
     k = float(wavenumber(200.0, SPEED))
     force = (panel.weight * np.exp(-1j * k * panel.position[:, 0])) @ panel.shape
-    matrix = plane_wave_modal_force([k], np.pi / 2, 0.0, panel)[0]
+    matrix = plane_wave_modal_force([k], PlaneWaves.lone(np.pi / 2, 0.0), panel)[0]
     np.testing.assert_allclose(matrix, np.outer(force, force.conj()), atol=1e-13)
 
 
@@ -149,9 +150,9 @@ def test_a_plane_wave_across_the_panel_pushes_later_where_it_comes_later(panel):
 def test_the_table_of_a_plane_wave_is_the_wave_at_every_frequency(panel, incidence):
     # Re G even and Im G odd in k, both entire: rounding between the nodes too
     k_max = float(wavenumber(2000.0, SPEED))
-    table = tabulate_plane_wave(k_max, incidence, 0.4, panel)
+    table = tabulate_plane_waves(k_max, PlaneWaves.lone(incidence, 0.4), panel)
     k = np.array([0.02, 0.31, 0.77, 1.0]) * k_max
-    direct = plane_wave_modal_force(k, incidence, 0.4, panel)
+    direct = plane_wave_modal_force(k, PlaneWaves.lone(incidence, 0.4), panel)
     np.testing.assert_allclose(table.matrix(k), direct, atol=1e-11 * np.abs(table.even).max())
 
 
@@ -161,7 +162,7 @@ def test_tables_are_held_to_the_direct_field_at_every_size_of_shapes(size):
     # the largest
     quadrature = sine_panel([(1, 1), (2, 1), (3, 1)], (1, 1), 16)
     scaled = PanelQuadrature(quadrature.position, quadrature.weight, size * quadrature.shape)
-    tabulate_plane_wave(20.0, 0.0, 0.0, scaled)
+    tabulate_plane_waves(20.0, PlaneWaves.lone(0.0, 0.0), scaled)
     tabulate_diffuse(20.0, scaled)
     with pytest.raises(FieldError):
         tabulate_diffuse(20.0, scaled, nodes_in_k=6)

@@ -16,9 +16,10 @@ from pidpanel.sound.field import diffuse_modal_force, wavenumber
 from pidpanel.sound.free_edges import (
     FreePanel,
     tabulate_diffuse_room,
-    tabulate_free_plane_wave,
+    tabulate_free_plane_waves,
 )
 from pidpanel.sound.outline import OutlineJumps
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import Air
 from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.wavenumber_table import JoinedTable
@@ -83,7 +84,7 @@ def test_tables_are_the_impedance_between_their_nodes(panel, face):
 
 def test_a_table_of_a_plane_wave_is_its_force_and_a_grazing_wave_has_none(panel, face):
     angles = np.array([0.6]), np.array([0.4])
-    table = tabulate_free_plane_wave(panel, face, *(float(angle[0]) for angle in angles))
+    table = tabulate_free_plane_waves(panel, face, PlaneWaves(*angles, np.ones(1)))
     couplings = panel.jumps.couplings(face)
     for k in (0.8, 6.3):
         (force,) = panel.wave_forces(k, *angles, couplings)

@@ -11,6 +11,7 @@ from pidpanel.sound import field, from_study
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.free_edges import FreePanel
 from pidpanel.sound.from_study import excitation_of, spectrum_of
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.wavenumber_table import TRANSITION, FieldError
@@ -103,10 +104,10 @@ FIELDS = {
         field.lumped_area(basis.vertex_position, basis.cells), basis.shape_at_vertices
     ),
     "field: plane_wave, incidence_deg: 30, azimuth_deg: 20": lambda k, face, _: (
-        field.plane_wave_modal_force([k], np.radians(30), np.radians(20), face)[0]
+        field.plane_wave_modal_force([k], PlaneWaves.lone(np.radians(30), np.radians(20)), face)[0]
     ),
     "field: progressive_wave, azimuth_deg: 20": lambda k, face, _: field.plane_wave_modal_force(
-        [k], np.pi / 2, np.radians(20), face
+        [k], PlaneWaves.lone(np.pi / 2, np.radians(20)), face
     )[0],
 }
 

@@ -8,9 +8,10 @@ import pytest
 from pidpanel.sound.field import (
     FieldError,
     tabulate_diffuse,
-    tabulate_plane_wave,
+    tabulate_plane_waves,
     uniform_modal_force,
 )
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.surface import (
     surface_wave_force,
@@ -47,7 +48,7 @@ def test_a_flat_surface_in_any_plane_has_the_forces_of_a_panel(panel):
         (tabulate_diffuse(k_max, surface.projected), tabulate_diffuse(k_max, panel)),
         (
             tabulate_surface_wave(k_max, 2 * TURN @ direction, surface),
-            tabulate_plane_wave(k_max, *wave, panel),
+            tabulate_plane_waves(k_max, PlaneWaves.lone(*wave), panel),
         ),
     ):
         for k in (0.5, 17.0, k_max):

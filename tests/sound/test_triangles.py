@@ -11,8 +11,9 @@ from pidpanel.sound.free_edges import (
     FreeSurface,
     mesh_error,
     tabulate_diffuse_room,
-    tabulate_free_plane_wave,
+    tabulate_free_plane_waves,
 )
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.triangles import SurfaceJumps, inverse_distance
 from pidpanel.sound.wavenumber_table import FieldError
 from tests.sound.panels import l_mesh
@@ -114,7 +115,7 @@ def test_a_surface_that_closes_is_refused():
 
 def test_tables_are_what_the_surface_does_between_their_nodes(panel, surface):
     force, volume = tabulate_diffuse_room(panel, surface)
-    wave = tabulate_free_plane_wave(panel, surface, 0.6, 0.4)
+    wave = tabulate_free_plane_waves(panel, surface, PlaneWaves.lone(0.6, 0.4))
     couplings = panel.jumps.couplings(surface)
     for k in (0.7, 3.3):
         Z = impedance(panel, surface, k)

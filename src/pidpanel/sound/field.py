@@ -10,8 +10,8 @@ where γ is the coherence of the field and k = 2πf/c₀ the wavenumber [rad/m].
 - diffuse: γ = sin(kR)/(kR), R = |x − x′| (paper, Eq. 22), `diffuse_modal_force` for one k and
   `tabulate_diffuse` for all;
 - uniform: γ = 1, one pressure everywhere;
-- plane wave: γ = exp(−i k·(x − x′)), `plane_wave_modal_force` and `tabulate_plane_wave`; along
-  the panel (grazing) it is the field of a progressive-wave tube;
+- plane waves: γ = exp(−i k·(x − x′)), or the mean or coherent sum of several (`plane_waves`); along
+  the panel (grazing) one is the field of a progressive-wave tube;
 - uncorrelated: the unit matrix that the paper uses in place of Eq. 22, which depends on the
   mesh.
 
@@ -31,6 +31,7 @@ from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.progress import with_progress
 from pidpanel.sound.face import FoldedFace
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.spectrum import PressureReference, Spectrum, pressure_psd
 from pidpanel.sound.wavenumber_table import (
     FieldError,
@@ -152,23 +153,24 @@ def uniform_modal_force(panel: PanelQuadrature) -> Array:
 
 
 def plane_wave_modal_force(
-    wavenumber: ArrayLike, incidence: float, azimuth: float, panel: PanelQuadrature
+    wavenumber: ArrayLike, waves: PlaneWaves, panel: PanelQuadrature
 ) -> Complexes:
-    """Return G (nf, n, n) [m⁴] of one plane wave at k (nf,) [rad/m], Hermitian of rank one.
+    """Return G (nf, n, n) [m⁴] of plane waves at k (nf,) [rad/m], Hermitian.
 
-    b_i = ∫ φ_i exp(−i k sin θ n_α·x) dA, G = b bᴴ. θ is the angle from the normal, α that of the
-    direction n_α = (cos α, sin α) in which the wave runs [rad].
+    b_i = ∫ φ_i exp(−i k sin θ n_α·x) dA of each, with x from the middle of the box round the panel.
     """
-    radial = np.asarray(wavenumber, dtype=np.float64) * np.sin(incidence)
-    even, odd = transform(radial, np.array([azimuth]), panel)
-    force = (even - 1j * odd)[:, 0, :]  # the phase of the middle drops out of b bᴴ
-    return force[:, :, None] * force[:, None, :].conj()
+    k = np.asarray(wavenumber, dtype=np.float64)
+    forces = np.empty((k.size, waves.count, panel.shape.shape[1]), np.complex128)
+    for wave, (incidence, azimuth) in enumerate(zip(waves.incidence, waves.azimuth, strict=True)):
+        even, odd = transform(k * np.sin(incidence), np.array([azimuth]), panel)
+        forces[:, wave] = (even - 1j * odd)[:, 0]
+    return waves.modal_force(forces)
 
 
-def tabulate_plane_wave(
-    wavenumber_max: float, incidence: float, azimuth: float, panel: PanelQuadrature
+def tabulate_plane_waves(
+    wavenumber_max: float, waves: PlaneWaves, panel: PanelQuadrature
 ) -> WavenumberTable:
-    """Tabulate G of one plane wave for 0 ≤ k ≤ k_max; grazing (θ = π/2), a progressive wave.
+    """Tabulate G of plane waves for 0 ≤ k ≤ k_max.
 
     Re G is even in k and Im G odd, so that the table interpolates Re G and Im G/k.
 
@@ -176,12 +178,12 @@ def tabulate_plane_wave(
     """
     k_max = float(wavenumber_max)
     nodes = chebyshev_nodes(k_max, node_count(k_max, panel.diameter))
-    modal_force = plane_wave_modal_force(nodes, incidence, azimuth, panel)
+    modal_force = plane_wave_modal_force(nodes, waves, panel)
     even = np.asarray(modal_force.real, np.float64)
     odd = np.asarray(modal_force.imag / nodes[:, None, None], np.float64)
     table = WavenumberTable(k_max, nodes, even, odd)
     for k in (k_max, k_max / 2):
-        _check_table(table, k, plane_wave_modal_force([k], incidence, azimuth, panel)[0], panel)
+        _check_table(table, k, plane_wave_modal_force([k], waves, panel)[0], panel)
     return table
 
 

@@ -37,6 +37,7 @@ from pidpanel.geometry.plane_mesh import rectangle_corners
 from pidpanel.geometry.plane_waves import PanelQuadrature
 from pidpanel.geometry.surface_waves import SurfaceQuadrature
 from pidpanel.sound.outline import OutlineJumps
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.sound.triangles import SurfaceJumps
 from pidpanel.sound.wavenumber_table import (
@@ -281,24 +282,24 @@ def mesh_error(panel: FreeSurface, coarser: FreeSurface, surface: SurfaceQuadrat
 
 
 def plane_wave_force(
-    panel: FreePanel, k: float, incidence: float, azimuth: float, couplings: list[Array]
+    panel: FreePanel, k: float, waves: PlaneWaves, couplings: list[Array]
 ) -> Complexes:
-    """Return b bᴴ/4 (n, n) [m⁴] of the forces b of one plane wave of unit pressure."""
-    (force,) = panel.wave_forces(k, np.array([incidence]), np.array([azimuth]), couplings) / 2
-    return np.outer(force, force.conj())
+    """Return G/4 (n, n) [m⁴] of the forces of plane waves of unit pressure together."""
+    forces = panel.wave_forces(k, waves.incidence, waves.azimuth, couplings)
+    return waves.modal_force(forces / 2)
 
 
-def tabulate_free_plane_wave(
-    panel: FreePanel, face: Quadrature, incidence: float, azimuth: float
+def tabulate_free_plane_waves(
+    panel: FreePanel, face: Quadrature, waves: PlaneWaves
 ) -> WavenumberTable:
-    """Tabulate G = b bᴴ/4 [m⁴] of one plane wave, as that of one of two independent faces.
+    """Tabulate G [m⁴] of plane waves, as that of one of two independent faces.
 
-    The load is four times that per PSD of the wave's pressure.
+    The load is four times that per PSD of the waves' pressure.
     """
     couplings = panel.jumps.couplings(face)
 
     def values(k: float) -> tuple[Complexes]:
-        return (plane_wave_force(panel, k, incidence, azimuth, couplings),)
+        return (plane_wave_force(panel, k, waves, couplings),)
 
     nodes, square = panel.tabulated(values)
     square /= nodes[:, None, None] ** 2

@@ -28,8 +28,9 @@ from pidpanel.sound.free_edges import (
     jumps_of,
     plane_wave_force,
     tabulate_diffuse_room,
-    tabulate_free_plane_wave,
+    tabulate_free_plane_waves,
 )
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import Air, tabulate_added_mass
 from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
 from pidpanel.sound.surface import (
@@ -48,7 +49,7 @@ from pidpanel.sound.wavenumber_table import (
     upper_share,
 )
 from pidpanel.study import Study
-from pidpanel.study.sound import Sound
+from pidpanel.study.sound import Sound, Sources
 from pidpanel.study.surroundings import change_text
 
 if TYPE_CHECKING:  # slow to import
@@ -159,6 +160,16 @@ def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Ta
     return {name: JoinedTable(lower, upper[name]) for name, lower in tables.items()}
 
 
+def plane_waves(sound: Sound) -> PlaneWaves:
+    """Return the waves of a study with sources, a plane or a progressive wave."""
+    if not isinstance(sound.field, Sources):
+        return PlaneWaves.lone(sound.incidence, sound.azimuth)
+    sources = sound.field.sources
+    angles = np.radians([(source.incidence_deg, source.azimuth_deg) for source in sources])
+    power = 10 ** (np.array([source.level_db for source in sources]) / 10)
+    return PlaneWaves(angles[:, 0], angles[:, 1], power / power.sum(), sound.field.one_drive)
+
+
 def _highest(study: Study) -> float:
     """Return the wavenumber of the highest frequency of the response [rad/m]."""
     return float(field.wavenumber(study.response.frequency_hz[1], study.acoustics.speed_m_s))
@@ -169,8 +180,7 @@ def _free_tables(
 ) -> dict[str, WavenumberTable]:
     face, tables = _quadrature(shapes), {}
     if sound.field != "diffuse":
-        direction = sound.incidence, sound.azimuth
-        tables[MODAL_FORCE] = tabulate_free_plane_wave(panel, face, *direction)
+        tables[MODAL_FORCE] = tabulate_free_plane_waves(panel, face, plane_waves(sound))
     if sound.field == "diffuse" or air:
         force, volume = tabulate_diffuse_room(panel, face)
         tables[MODAL_FORCE if sound.field == "diffuse" else DIFFUSE] = force
@@ -231,10 +241,10 @@ def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> Wavenumb
     match sound.field:
         case "diffuse":
             return field.tabulate_diffuse(k_max, face)
-        case "plane_wave" | "progressive_wave":
-            return field.tabulate_plane_wave(k_max, sound.incidence, sound.azimuth, face)
         case "uncorrelated" | "uniform":
             return constant_table(k_max, _constant_force(sound, shapes))
+        case _:
+            return field.tabulate_plane_waves(k_max, plane_waves(sound), face)
 
 
 def _surface_force_table(sound: Sound, k_max: float, surface: SurfaceQuadrature) -> WavenumberTable:
@@ -280,11 +290,11 @@ def _baffled_force_at(
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
                 return field.diffuse_modal_force_on_grid(k, face)
             return field.diffuse_modal_force(k, face)
-        case "plane_wave" | "progressive_wave":
-            force = field.plane_wave_modal_force([k], sound.incidence, sound.azimuth, face)
-            return np.asarray(force[0], np.complex128)
         case "uncorrelated" | "uniform":
             return _constant_force(sound, shapes)
+        case _:
+            force = field.plane_wave_modal_force([k], plane_waves(sound), face)
+            return np.asarray(force[0], np.complex128)
 
 
 def _free_force_at(
@@ -293,7 +303,7 @@ def _free_force_at(
     couplings = panel.jumps.couplings(face)
     if sound.field == "diffuse":
         return np.asarray(np.pi / k * panel.impedance(k, couplings).imag, np.float64)
-    return plane_wave_force(panel, k, sound.incidence, sound.azimuth, couplings)
+    return plane_wave_force(panel, k, plane_waves(sound), couplings)
 
 
 def _constant_force(sound: Sound, shapes: MovedFace) -> Array:
@@ -340,7 +350,7 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     tables = sound_tables(study, shapes, air=air_nc is not None)
     for name, table in tables.items():
         _tell(name.replace("_", " "), table)
-    attributes = {**stamp(study), "field": study.acoustics.field}
+    attributes = {**stamp(study), "field": study.acoustics.field_name}
     write_tables(output.modal_force, {MODAL_FORCE: tables.pop(MODAL_FORCE)}, attributes)
     if air_nc is not None:
         write_tables(air_nc, tables, stamp(study))

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
+from pydantic import Field
+
 from pidpanel.paths import DATA
 from pidpanel.study.base import Acceleration, Level, SectionModel, file_in
 from pidpanel.study.choice import Choice
@@ -12,6 +14,8 @@ from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
 
 PressureReference = Literal["surface", "room", "incident"]
+
+MOST_SOURCES = 200
 
 SPEED = 343.0  # of sound in air [m/s]
 
@@ -24,6 +28,30 @@ class Wall(SectionModel):
     farther away changes little: use ``free``."""
 
 
+class Source(SectionModel):
+    """A source far away, whose wave is plane at the panel."""
+
+    incidence_deg: Annotated[float, Quantity(0, 180)]
+    """Angle between the direction of its wave and the normal of the panel [°]; above 90 from
+    behind."""
+    azimuth_deg: Annotated[float, Quantity(-180, 360)] = 0.0
+    """Direction of its wave in the plane of the panel, from x [°]."""
+    level_db: Annotated[float, Quantity(-60, 60)] = 0.0
+    """Level over that of the others [dB]."""
+
+
+class Sources(SectionModel):
+    """Loudspeakers round the panel, farther away than its size."""
+
+    sources: tuple[Source, ...] = Field(min_length=1, max_length=MOST_SOURCES)
+    """The sources. The spectrum is that of all together, averaged over space."""
+    one_drive: bool = False
+    """Whether one signal drives all, in phase at the middle of the panel; independent otherwise."""
+
+
+NamedField = Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"]
+
+
 class Sound(SectionModel):
     """The acoustic field: a spectrum, its level, its coherence, where it was measured."""
 
@@ -34,12 +62,11 @@ class Sound(SectionModel):
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
     shift_db: Annotated[float, Quantity(-60, 60)] = 0.0
     """Shift of every band [dB], such as 3 for protoqualification; not together with oaspl_db."""
-    field: Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"] = (
-        "diffuse"
-    )
+    field: Annotated[NamedField | Sources, Choice()] = "diffuse"
     """``diffuse``: waves from all directions equally; ``uncorrelated``: the paper's, without
     coherence; ``uniform``: in phase everywhere; ``plane_wave``: from ``incidence_deg``;
-    ``progressive_wave``: a plane wave at grazing incidence, as in a progressive-wave tube."""
+    ``progressive_wave``: a plane wave at grazing incidence, as in a progressive-wave tube;
+    ``{sources: …}``: waves of some loudspeakers."""
     incidence_deg: Annotated[float, Quantity(0, 90)] | None = None
     """Angle between the direction of a plane wave and the normal of the panel [°]."""
     azimuth_deg: Annotated[float, Quantity(-180, 360)] | None = None
@@ -85,6 +112,11 @@ class Sound(SectionModel):
         return 2 if self.is_free else self.loaded_sides or 1
 
     @property
+    def field_name(self) -> str:
+        """The field in a word."""
+        return "sources" if isinstance(self.field, Sources) else self.field
+
+    @property
     def incidence(self) -> float:
         """Angle of incidence [rad]; a right angle for a progressive wave."""
         return math.radians(90.0 if self.incidence_deg is None else self.incidence_deg)
@@ -100,11 +132,25 @@ class Sound(SectionModel):
         if (self.field == "plane_wave") != (self.incidence_deg is not None):
             message = "required for field: plane_wave, not allowed otherwise"
             yield Mistake(("incidence_deg",), message)
-        if self.azimuth_deg is not None and not self.field.endswith("_wave"):
+        if self.azimuth_deg is not None and not self.field_name.endswith("_wave"):
             message = "only allowed for field: plane_wave or progressive_wave"
             yield Mistake(("azimuth_deg",), message)
         if self.is_free:
             yield from self._mistakes_of_free()
+        for keys, angle in self._angles():
+            if self.is_free and angle == 90:
+                message = "must not be 90 with free edges: a wave along the panel does not load it"
+                yield Mistake(keys, message)
+            elif not self.is_free and angle > 90:
+                yield Mistake(keys, "must be at most 90 in a baffle, which hides what is behind")
+
+    def _angles(self) -> Iterator[tuple[tuple[str | int, ...], float]]:
+        """Yield the angles of incidence with their keys [°]."""
+        if self.incidence_deg is not None:
+            yield ("incidence_deg",), self.incidence_deg
+        if isinstance(self.field, Sources):
+            for number, source in enumerate(self.field.sources):
+                yield ("field", "sources", number, "incidence_deg"), source.incidence_deg
 
     def _mistakes_of_free(self) -> Iterator[Mistake]:
         """Yield what belongs to a panel in a baffle."""
@@ -113,15 +159,11 @@ class Sound(SectionModel):
             yield Mistake(("pressure_reference",), f"must be room {remedy} for it")
         if self.loaded_sides is not None:
             yield Mistake(("loaded_sides",), f"not allowed {remedy} to load one face")
-        if self.field not in ("diffuse", "plane_wave"):
+        if self.field_name not in ("diffuse", "plane_wave", "sources"):
             reason = ", where a wave along the panel does not load it"
-            place = f"with free edges{reason * self.field.endswith('wave')}"
+            place = f"with free edges{reason * self.field_name.endswith('wave')}"
             message = (
-                f"must be diffuse or plane_wave {place}; set sound.surroundings: baffle for it"
+                f"must be diffuse, plane_wave or sources {place}; set sound.surroundings: baffle "
+                "for it"
             )
             yield Mistake(("field",), message)
-        if self.incidence_deg == 90:
-            message = (
-                "must be below 90 with free edges, where a wave along the panel does not load it"
-            )
-            yield Mistake(("incidence_deg",), message)

@@ -8,6 +8,11 @@ from pidpanel.study.sound import Sound
 
 AIR = {"none": "no air", "one_side": "air on one face", "two_sides": "air included"}
 FACES = {1: "one face", 2: "both faces"}
+FREE = {
+    "diffuse": "free in the room",
+    "plane_wave": "free in a plane wave",
+    "sources": "free among sources",
+}
 LEVELS = {
     "surface": "level on the surface",
     "room": "level of the room",
@@ -30,19 +35,19 @@ def setting(sound: Sound, radiation: Radiation) -> str:
     if not sound.is_free:
         place = "in a baffle"
     else:
-        place = "free in the room" if sound.field == "diffuse" else "free in a plane wave"
+        place = FREE[sound.field_name]
         if sound.wall < float("inf"):
             place += f", {sound.wall:g} m from a rigid wall"
     level = LEVELS[sound.reference]
     if sound.is_free and sound.field != "diffuse":
-        level = "level of the wave alone"
+        level = f"level of the {'sources' if sound.field_name == 'sources' else 'wave'} alone"
     return f"{place}, {FACES[sound.faces]}, {AIR[radiation]}; {level}"
 
 
 def opposite(sound: Sound, response: Response) -> dict[str, Sound | Response]:
     """Return the sections with the other surroundings by default; none for a field of a baffle."""
     if not sound.is_free and (
-        sound.field not in ("diffuse", "plane_wave") or sound.incidence_deg == 90
+        sound.field_name not in ("diffuse", "plane_wave") or sound.incidence_deg == 90
     ):
         return {}
     surroundings = {
