@@ -31,7 +31,7 @@ from pidpanel.response.from_study import partly_known
 from pidpanel.severity.from_study import rms_margins
 from pidpanel.severity.margins import JUDGED
 from pidpanel.severity.tables import PLACE
-from pidpanel.sound.from_study import band_table
+from pidpanel.sound.study_field import band_table
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document

@@ -191,6 +191,8 @@ def _check_curved(section: Structure, sound: Sound) -> Iterator[Mistake]:
     if not sound.is_free and sound.field not in ("diffuse", "uniform"):
         message = "must be diffuse or uniform for a curved surface in a baffle"
         yield Mistake(("sound", "field"), message)
+    if sound.field_name == "measured":
+        yield Mistake(("sound", "field"), "cross_spectra are only allowed for a flat panel")
 
 
 def _check_layouts(study: Study, *, is_meshed: bool) -> Iterator[Mistake]:
@@ -244,9 +246,9 @@ def _outside(frequency: ArrayLike, response: Response, relation: str = "all outs
 
 
 def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
-    from pidpanel.sound.table import read_spectrum
+    from pidpanel.sound.study_field import measured_range, stated_spectrum
 
-    spectrum = yield from read_at(("sound", "spectrum"), lambda: read_spectrum(sound.spectrum))
+    spectrum = yield from read_at(("sound", "spectrum"), lambda: stated_spectrum(sound))
     if spectrum is None:
         return
     bands = getattr(spectrum, "band_spl", np.zeros(1))  # a table of a PSD has none
@@ -267,8 +269,11 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         )
         yield Mistake(("sound", "spectrum"), message)
     low, high = spectrum.reach
+    if sound.field_name == "measured":
+        lines = yield from read_at(("sound", "field"), lambda: measured_range(sound))
+        low, high = (max(low, lines[0]), min(high, lines[1])) if lines else (low, high)
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
-        message = f"must be in the {spectrum.rows} of {sound.spectrum.name}, {low:.5g} to "
+        message = f"must be in the {spectrum.rows} of {sound.level_file.name}, {low:.5g} to "
         message += f"{high:.5g} Hz"
         if "frequency_hz" not in response.model_fields_set:
             message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)

@@ -330,8 +330,9 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
 
 def _of_sound(study: Study, basis: PanelBasis | None) -> Iterator[str]:
     """Yield the levels overall, in the range and as tabulated; the surroundings, and others."""
-    from pidpanel.sound.from_study import spectrum_of, surroundings_text
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
+    from pidpanel.sound.study_field import spectrum_of
+    from pidpanel.sound.study_surroundings import surroundings_text
     from pidpanel.sound.table import read_pressure
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
@@ -342,7 +343,7 @@ def _of_sound(study: Study, basis: PanelBasis | None) -> Iterator[str]:
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
     yield (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
-        f"{read_pressure(sound.spectrum)[1]}{scenarios}"
+        f"{read_pressure(sound.spectrum)[1] if sound.spectrum else spectrum.source}{scenarios}"
     )
     yield study.setting
     if basis is not None:

@@ -8,7 +8,8 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
 from pidpanel.report.names import Study
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.sound.from_study import spectrum_of, surroundings_text
+from pidpanel.sound.study_field import spectrum_of
+from pidpanel.sound.study_surroundings import surroundings_text
 
 LEVEL = "band level, dB re 20 µPa"
 
@@ -31,7 +32,7 @@ def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
     ]
     values = {
         "spectrum": chart_picture("spectrum", charts, height=3.1),
-        "name": study.acoustics.spectrum.name,
+        "name": study.acoustics.level_file.name,
         "overall": overall,
         "is_free": study.acoustics.is_free,
         "rows": spectrum_of(study.acoustics).rows,

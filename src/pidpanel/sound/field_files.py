@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from pidpanel.arrays import Array, variable
+from pidpanel.sound.microphones import MeasuredTable, Microphones
 from pidpanel.sound.wavenumber_table import JoinedTable, Table, WavenumberTable
 
 MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
@@ -13,11 +14,22 @@ MODAL_FORCE = "modal_force"  # G of the field that drives the panel [m⁴]
 # G of the diffuse field [m⁴], which gives the radiation, and V of the added mass [m³].
 DIFFUSE, ADDED_VOLUME = "diffuse_modal_force", "added_volume"
 
+COUPLING = "microphone_coupling"  # X of modal forces and microphones [m²]
+
+# Arrays of `Microphones` and of their cross-spectra, with dimensions, units and meaning.
+MICROPHONES = {
+    "position": ("microphone xyz", "m", "position of microphones"),
+    "wavenumber": ("line", "rad m-1", "wavenumber of the lines"),
+    "real": ("line microphone other_microphone", "1", "cross-spectra per PSD on the face, real"),
+    "imaginary": ("line microphone other_microphone", "1", "the same, imaginary"),
+}
+
 UPPER = "above"  # ending of the second part of a joined table
 
 KINDS = {
     MODAL_FORCE: ("m4", "modal force per pressure PSD, G"),
     DIFFUSE: ("m4", "modal force of the diffuse field, G"),
+    COUPLING: ("m2", "modal force and pressure at microphones in a diffuse field, X"),
     ADDED_VOLUME: ("m3", "added mass of the air on one side over its density, V"),
 }
 
@@ -38,7 +50,7 @@ def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[st
     for name, kind, table in _parts(tables):
         axis = f"{name}_wavenumber"
         units, long_name = KINDS[kind]
-        dims = f"{axis} shape other_shape"
+        dims = f"{axis} shape {'microphone' if kind == COUPLING else 'other_shape'}"
         variables[name] = variable(dims, table.even, units, long_name)
         variables[name].attrs["wavenumber_max_rad_m"] = table.wavenumber_max
         variables[name].attrs["wavenumber_power"] = table.power
@@ -48,16 +60,30 @@ def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[st
             variables[f"{name}_odd"] = odd
         meaning = "acoustic wavenumber, Chebyshev nodes"
         variables[axis] = variable(axis, table.wavenumber, "rad m-1", meaning)
+    for measured in tables.values():
+        if isinstance(measured, MeasuredTable):
+            microphones, spectra = measured.microphones, measured.microphones.spectra
+            arrays = microphones.position, microphones.wavenumber, spectra.real, spectra.imag
+            for (name, (dims, units, meaning)), array in zip(
+                MICROPHONES.items(), arrays, strict=True
+            ):
+                variables[f"microphone_{name}"] = variable(dims, array, units, meaning)
+            stated = {"noise": microphones.noise, "before_wall": int(microphones.before_wall)}
+            variables["microphone_position"].attrs |= stated
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
 def _parts(tables: Mapping[str, Table]) -> Iterator[tuple[str, str, WavenumberTable]]:
     """Yield the tables by their names in the file and of `KINDS`."""
     for kind, table in tables.items():
-        if isinstance(table, JoinedTable):
+        if isinstance(table, MeasuredTable):
+            yield from _parts({kind: table.diffuse})
+            yield COUPLING, COUPLING, table.coupling
+        elif isinstance(table, JoinedTable):
             yield kind, kind, table.lower
             yield f"{kind}_{UPPER}", kind, table.upper
         else:
+            assert isinstance(table, WavenumberTable)
             yield kind, kind, table
 
 
@@ -87,4 +113,16 @@ def read_table(path: Path, name: str) -> Table:
             )
 
         upper = f"{name}_{UPPER}"
-        return JoinedTable(table(name), table(upper)) if upper in file.variables else table(name)
+        whole: Table = table(name)
+        if upper in file.variables:
+            whole = JoinedTable(table(name), table(upper))
+        if name != MODAL_FORCE or COUPLING not in file.variables:
+            return whole
+        position, k, real, imaginary = (values(f"microphone_{array}") for array in MICROPHONES)
+        noise, before_wall = (
+            float(getattr(file.variables["microphone_position"], key))
+            for key in ("noise", "before_wall")
+        )
+        spectra = real + 1j * imaginary
+        microphones = Microphones(position, noise, bool(before_wall), k, spectra)
+        return MeasuredTable(whole, table(COUPLING), microphones)

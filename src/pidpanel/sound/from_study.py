@@ -8,9 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from functools import lru_cache
-from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,16 +28,14 @@ from pidpanel.sound.free_edges import (
     tabulate_diffuse_room,
     tabulate_free_plane_waves,
 )
-from pidpanel.sound.plane_waves import PlaneWaves
+from pidpanel.sound.microphones import MeasuredTable, tabulate_in_room, tabulate_on_wall
 from pidpanel.sound.radiation import Air, tabulate_added_mass
-from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum
+from pidpanel.sound.study_field import band_table, measured_field, plane_waves, spectrum_of
 from pidpanel.sound.surface import (
     surface_force,
     tabulate_diffuse_surface,
     tabulate_surface_mass,
 )
-from pidpanel.sound.surroundings import face_of_modes, mode_accelerations
-from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.triangles import SurfaceJumps
 from pidpanel.sound.wavenumber_table import (
     JoinedTable,
@@ -49,11 +45,7 @@ from pidpanel.sound.wavenumber_table import (
     upper_share,
 )
 from pidpanel.study import Study
-from pidpanel.study.sound import Sound, Sources
-from pidpanel.study.surroundings import change_text
-
-if TYPE_CHECKING:  # slow to import
-    import pandas as pd
+from pidpanel.study.sound import Sound
 
 SURFACE_REACH = 3.0  # wavenumber to which the mass of the air on a curved face is integrated
 FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes or of the sound
@@ -61,55 +53,7 @@ FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes
 # Vertices and cells of a mesh: bytes, shape and type of both.
 Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
 
-COMPARED_MODES = 3  # number of modes at which other surroundings are compared
-
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
-
-
-def spectrum_of(sound: Sound) -> Spectrum:
-    """Return the spectrum of a study, at ``oaspl_db`` or ``shift_db`` higher.
-
-    The overall level is that of the whole table, also outside the range where a response is
-    computed.
-
-    Raises
-    ------
-    SpectrumError
-        If the table cannot be read (`read_spectrum`).
-    """
-    spectrum = read_spectrum(sound.spectrum).shifted(sound.shift_db)
-    if sound.oaspl_db is None:
-        return spectrum
-    return spectrum.shifted(sound.oaspl_db - spectrum.oaspl)
-
-
-def band_table(sound: Sound) -> pd.DataFrame:
-    """Return the bands of a study with their levels and the mean PSD on the face of the panel.
-
-    Of a table of PSD, third octaves; the first and the last may reach beyond the table.
-
-    Returns
-    -------
-    A row per band: ``center_hz``, ``lower_hz``, ``upper_hz``, ``band_spl_db`` [dB re 20 µPa],
-    ``surface_pressure_psd_pa2_hz``.
-    """
-    import pandas as pd
-
-    spectrum = spectrum_of(sound)
-    bands, (low, high) = spectrum.bands(), spectrum.reach
-    center, edge = bands.center_frequency, np.clip(bands.edge_frequency, low, high)
-    mean_square = [spectrum.points.mean_square(*ends) for ends in pairwise(edge.tolist())]
-    factor = sound.faces * PRESSURE_FACTOR[sound.reference]
-    psd = factor * np.array(mean_square) / np.diff(edge)
-    return pd.DataFrame(
-        {
-            "center_hz": center,
-            "lower_hz": edge[:-1],
-            "upper_hz": edge[1:],
-            "band_spl_db": bands.band_spl,
-            "surface_pressure_psd_pa2_hz": psd,
-        }
-    )
 
 
 def excitation_of(sound: Sound, table: Table) -> SoundExcitation:
@@ -146,6 +90,8 @@ def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Ta
     Tables by the names of `field_files`, to the highest frequency of the response.
     """
     sound, k_max = study.acoustics, _highest(study)
+    if sound.field_name == "measured":
+        return measured_tables(study, shapes, air=air)
     panel = free_panel(study, shapes)
     tables = {} if panel is None else _free_tables(sound, panel, shapes, air=air)
     if panel is not None and panel.wavenumber_max >= k_max:
@@ -160,19 +106,25 @@ def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Ta
     return {name: JoinedTable(lower, upper[name]) for name, lower in tables.items()}
 
 
-def plane_waves(sound: Sound) -> PlaneWaves:
-    """Return the waves of a study with sources, a plane or a progressive wave."""
-    if not isinstance(sound.field, Sources):
-        return PlaneWaves.lone(sound.incidence, sound.azimuth)
-    sources = sound.field.sources
-    angles = np.radians([(source.incidence_deg, source.azimuth_deg) for source in sources])
-    power = 10 ** (np.array([source.level_db for source in sources]) / 10)
-    return PlaneWaves(angles[:, 0], angles[:, 1], power / power.sum(), sound.field.one_drive)
-
-
 def _highest(study: Study) -> float:
     """Return the wavenumber of the highest frequency of the response [rad/m]."""
     return float(field.wavenumber(study.response.frequency_hz[1], study.acoustics.speed_m_s))
+
+
+def measured_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Table]:
+    """Tabulate as `sound_tables`, with a field that microphones measured."""
+    diffuse = study.model_copy(update={"sound": study.acoustics.diffuse})
+    tables = sound_tables(diffuse, shapes, air=air)
+    force = tables[MODAL_FORCE]
+    if air:
+        tables[DIFFUSE] = force
+    microphones, _ = measured_field(study.acoustics)
+    face, panel = PanelQuadrature.from_face(shapes), free_panel(study, shapes)
+    if panel is None:
+        coupling = tabulate_on_wall(_highest(study), face, microphones)
+    else:
+        coupling = tabulate_in_room(panel, face, microphones)
+    return {**tables, MODAL_FORCE: MeasuredTable(force, coupling, microphones)}
 
 
 def _free_tables(
@@ -269,6 +221,8 @@ def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array |
     """Return G (n, n) [m⁴] of the field of a study at one frequency [Hz], without a table."""
     sound = study.acoustics
     k = float(field.wavenumber(frequency, sound.speed_m_s))
+    if sound.field_name == "measured":
+        return _measured_force_at(study, frequency, k, shapes)
     face = _quadrature(shapes)
     panel = free_panel(study, shapes)
     if panel is None:
@@ -278,6 +232,20 @@ def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array |
     lower = 0.0 if share == 1 else (1 - share) * _free_force_at(sound, k, panel, face)
     upper = 0.0 if share == 0 else share * _baffled_force_at(sound, k, shapes, face)
     return np.asarray(lower + upper)
+
+
+def _measured_force_at(study: Study, frequency: float, k: float, shapes: MovedFace) -> Complexes:
+    diffuse = modal_force_at(
+        study.model_copy(update={"sound": study.acoustics.diffuse}), frequency, shapes
+    )
+    microphones, _ = measured_field(study.acoustics)
+    face, panel = PanelQuadrature.from_face(shapes), free_panel(study, shapes)
+    if panel is None:
+        coupling = microphones.on_wall(k, face)
+    else:
+        coupling = microphones.in_room(k, panel, panel.jumps.couplings(face), face.center)
+    force: Complexes = microphones.conditioned(np.array([k]), diffuse[None], coupling[None])[0]
+    return force
 
 
 def _baffled_force_at(
@@ -358,45 +326,12 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
 
 def _tell(title: str, table: Table) -> None:
     """Print the size of a table to the log of the stage."""
+    if isinstance(table, MeasuredTable):
+        return _tell(title, table.diffuse)
     if isinstance(table, JoinedTable):
         _tell(title, table.lower)
         return _tell(f"{title} above that", table.upper)
+    assert isinstance(table, WavenumberTable)
     count, shapes = table.even.shape[:2]
     text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
     print(text, file=sys.stderr)
-
-
-def surroundings_text(study: Study, moved: WettedFace, frequency: Array, mass: Array) -> str:
-    """Return what the other surroundings of a study change at its first modes; "" of other fields.
-
-    Parameters
-    ----------
-    moved
-        The face in the modes, and in further shapes.
-    frequency, mass
-        (n,) natural frequencies [Hz], ascending, and modal masses [kg] of the modes.
-    """
-    if (opposite := study.opposite) is None or moved.quadrature_normal is not None:
-        return ""
-    low, high = study.response.frequency_hz
-    modes = np.flatnonzero((frequency >= low) & (frequency <= high))[:COMPARED_MODES]
-    ratio = study.panel.modal_damping.of_modes(frequency)[modes]
-    frequency, mass = frequency[modes], mass[modes]
-    change = np.empty(0)
-    if modes.size:
-        k_max = field.wavenumber(frequency[-1], study.acoustics.speed_m_s)
-        face = face_of_modes(moved, modes, float(k_max))
-        change = _level(opposite, face, frequency, mass, ratio)
-        change -= _level(study, face, frequency, mass, ratio)
-    return change_text(opposite.setting, frequency.tolist(), change.tolist())
-
-
-def _level(study: Study, face: WettedFace, frequency: Array, mass: Array, ratio: Array) -> Array:
-    """Return the rms of `mode_accelerations` in some surroundings [dB]."""
-    lines = {"frequency_hz": (study.response.frequency_hz[0], float(frequency[-1]))}
-    low = study.model_copy(update={"response": study.response.model_copy(update=lines)})
-    is_wet = low.radiation != "none"
-    tables = sound_tables(low, face, air=is_wet)
-    air = air_of(low, tables) if is_wet else None
-    excitation = excitation_of(low.acoustics, tables[MODAL_FORCE])
-    return 20 * np.log10(mode_accelerations(frequency, mass, ratio, excitation, air))

@@ -6,7 +6,7 @@ nodes than kL/2, with L the diameter of the panel.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -46,6 +46,20 @@ FACTOR_SHARE = 0.5  # share of the shapes from which on a factor of G is no chea
 
 class FieldError(ValueError):
     """Arrays or values that do not describe a panel in a sound field."""
+
+
+class Table(Protocol):
+    """A Hermitian matrix over the wavenumber."""
+
+    @property
+    def wavenumber_max(self) -> float:
+        """k_max [rad/m]."""
+
+    def matrix(self, wavenumber: ArrayLike, shapes: Index | None = None) -> Array | Complexes:
+        """Return the matrix, see `WavenumberTable.matrix`."""
+
+    def factors_at(self, wavenumber: ArrayLike) -> Array | Complexes | None:
+        """Return L, see `WavenumberTable.factors_at`; None where no short form is known."""
 
 
 @dataclass(frozen=True)
@@ -218,9 +232,6 @@ def upper_share(wavenumber: ArrayLike, end: float) -> Array:
     place = np.clip((np.asarray(wavenumber) / end - TRANSITION) / (1 - TRANSITION), 0, 1)
     share: Array = place**2 * (3 - 2 * place)
     return share
-
-
-Table = WavenumberTable | JoinedTable
 
 
 def _factors(

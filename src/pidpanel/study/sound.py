@@ -40,13 +40,34 @@ class Source(SectionModel):
     """Level over that of the others [dB]."""
 
 
-class Sources(SectionModel):
-    """Loudspeakers round the panel, farther away than its size."""
+class StatedField(SectionModel):
+    """Loudspeakers round the panel, farther away than its size; or what microphones measured."""
 
-    sources: tuple[Source, ...] = Field(min_length=1, max_length=MOST_SOURCES)
-    """The sources. The spectrum is that of all together, averaged over space."""
+    sources: Annotated[tuple[Source, ...], Field(min_length=1, max_length=MOST_SOURCES)] | None = (
+        None
+    )
+    """The loudspeakers. The spectrum is that of all together, averaged over space."""
     one_drive: bool = False
     """Whether one signal drives all, in phase at the middle of the panel; independent otherwise."""
+    cross_spectra: Annotated[Path, file_in()] | None = None
+    """Cross-spectra of microphones: a CSV table (``frequency_hz``, ``microphone``, ``other``,
+    ``real_pa2_hz``, ``imaginary_pa2_hz``) or a universal file (data set 58)."""
+    microphones: Annotated[Path, file_in()] | None = None
+    """CSV table of their positions in the axes of the panel (``microphone``, ``x_m``, ``y_m``,
+    ``z_m``)."""
+    noise_db: Annotated[float, Quantity(-60, -6)] = -30.0
+    """Noise of the microphones, with errors of gains and positions, relative to the pressure [dB].
+    """
+
+    def mistakes(self) -> Iterator[Mistake]:
+        if (self.sources is None) == (self.cross_spectra is None):
+            yield Mistake((), "must have sources or cross_spectra")
+        elif self.one_drive and self.sources is None:
+            yield Mistake(("one_drive",), "only allowed with sources")
+        if (self.cross_spectra is None) != (self.microphones is None):
+            yield Mistake(("microphones",), "required with cross_spectra, not allowed otherwise")
+        if "noise_db" in self.model_fields_set and self.cross_spectra is None:
+            yield Mistake(("noise_db",), "only allowed with cross_spectra")
 
 
 NamedField = Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"]
@@ -55,18 +76,20 @@ NamedField = Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progre
 class Sound(SectionModel):
     """The acoustic field: a spectrum, its level, its coherence, where it was measured."""
 
-    spectrum: Annotated[Path, file_in(DATA / "spl")]
+    spectrum: Annotated[Path, file_in(DATA / "spl")] | None = None
     """CSV table of octave or third-octave levels, or of a pressure PSD (``frequency_hz``,
-    ``psd_pa2_hz``), relative to the study or from pidpanel."""
+    ``psd_pa2_hz``), relative to the study or from pidpanel. Required unless ``field`` has
+    ``cross_spectra``, whose mean it is by default."""
     oaspl_db: Level | None = None
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
     shift_db: Annotated[float, Quantity(-60, 60)] = 0.0
     """Shift of every band [dB], such as 3 for protoqualification; not together with oaspl_db."""
-    field: Annotated[NamedField | Sources, Choice()] = "diffuse"
+    field: Annotated[NamedField | StatedField, Choice()] = "diffuse"
     """``diffuse``: waves from all directions equally; ``uncorrelated``: the paper's, without
     coherence; ``uniform``: in phase everywhere; ``plane_wave``: from ``incidence_deg``;
     ``progressive_wave``: a plane wave at grazing incidence, as in a progressive-wave tube;
-    ``{sources: …}``: waves of some loudspeakers."""
+    ``{sources: …}``: waves of some loudspeakers; ``{cross_spectra: …, microphones: …}``: as
+    microphones measured it."""
     incidence_deg: Annotated[float, Quantity(0, 90)] | None = None
     """Angle between the direction of a plane wave and the normal of the panel [°]."""
     azimuth_deg: Annotated[float, Quantity(-180, 360)] | None = None
@@ -114,7 +137,22 @@ class Sound(SectionModel):
     @property
     def field_name(self) -> str:
         """The field in a word."""
-        return "sources" if isinstance(self.field, Sources) else self.field
+        if isinstance(self.field, StatedField):
+            return "sources" if self.field.sources else "measured"
+        return self.field
+
+    @property
+    def level_file(self) -> Path:
+        """The file that has the level."""
+        stated = self.field.cross_spectra if isinstance(self.field, StatedField) else None
+        file = self.spectrum or stated
+        assert file is not None
+        return file
+
+    @property
+    def diffuse(self) -> "Sound":
+        """The same in a diffuse field."""
+        return self.model_copy(update={"field": "diffuse"})
 
     @property
     def incidence(self) -> float:
@@ -127,6 +165,8 @@ class Sound(SectionModel):
         return math.radians(self.azimuth_deg or 0.0)
 
     def mistakes(self) -> Iterator[Mistake]:
+        if self.spectrum is None and self.field_name != "measured":
+            yield Mistake(("spectrum",), "missing; required")
         if self.oaspl_db is not None and self.shift_db != 0:
             yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):
@@ -148,8 +188,8 @@ class Sound(SectionModel):
         """Yield the angles of incidence with their keys [°]."""
         if self.incidence_deg is not None:
             yield ("incidence_deg",), self.incidence_deg
-        if isinstance(self.field, Sources):
-            for number, source in enumerate(self.field.sources):
+        if isinstance(self.field, StatedField):
+            for number, source in enumerate(self.field.sources or ()):
                 yield ("field", "sources", number, "incidence_deg"), source.incidence_deg
 
     def _mistakes_of_free(self) -> Iterator[Mistake]:
@@ -159,11 +199,11 @@ class Sound(SectionModel):
             yield Mistake(("pressure_reference",), f"must be room {remedy} for it")
         if self.loaded_sides is not None:
             yield Mistake(("loaded_sides",), f"not allowed {remedy} to load one face")
-        if self.field_name not in ("diffuse", "plane_wave", "sources"):
+        if self.field_name not in ("diffuse", "plane_wave", "sources", "measured"):
             reason = ", where a wave along the panel does not load it"
             place = f"with free edges{reason * self.field_name.endswith('wave')}"
             message = (
-                f"must be diffuse, plane_wave or sources {place}; set sound.surroundings: baffle "
-                "for it"
+                f"must be diffuse, plane_wave, sources or cross_spectra {place}; "
+                "set sound.surroundings: baffle for it"
             )
             yield Mistake(("field",), message)

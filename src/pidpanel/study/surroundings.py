@@ -8,10 +8,12 @@ from pidpanel.study.sound import Sound
 
 AIR = {"none": "no air", "one_side": "air on one face", "two_sides": "air included"}
 FACES = {1: "one face", 2: "both faces"}
+ALONE = {"plane_wave": "level of the wave alone", "sources": "level of the sources alone"}
 FREE = {
     "diffuse": "free in the room",
     "plane_wave": "free in a plane wave",
     "sources": "free among sources",
+    "measured": "free in a measured field",
 }
 LEVELS = {
     "surface": "level on the surface",
@@ -39,16 +41,14 @@ def setting(sound: Sound, radiation: Radiation) -> str:
         if sound.wall < float("inf"):
             place += f", {sound.wall:g} m from a rigid wall"
     level = LEVELS[sound.reference]
-    if sound.is_free and sound.field != "diffuse":
-        level = f"level of the {'sources' if sound.field_name == 'sources' else 'wave'} alone"
+    if sound.is_free:
+        level = ALONE.get(sound.field_name, level)
     return f"{place}, {FACES[sound.faces]}, {AIR[radiation]}; {level}"
 
 
 def opposite(sound: Sound, response: Response) -> dict[str, Sound | Response]:
-    """Return the sections with the other surroundings by default; none for a field of a baffle."""
-    if not sound.is_free and (
-        sound.field_name not in ("diffuse", "plane_wave") or sound.incidence_deg == 90
-    ):
+    """Return the sections with the other surroundings by default; none for other fields."""
+    if sound.field_name not in ("diffuse", "plane_wave") or sound.incidence_deg == 90:
         return {}
     surroundings = {
         "surroundings": "baffle" if sound.is_free else "free",

@@ -1,0 +1,144 @@
+"""Cross-spectra of microphones from a table or a universal file, and their positions."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyuff
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.columns import Allowed, ColumnsError, numbers, read_rows
+from pidpanel.tabular.cells import HERTZ, Label
+
+NUMBER = Allowed(1, high=1e9)
+METRES = Label.named("m", "x y z", "position coordinate m")
+POSITION_COLUMNS = {
+    "microphone": NUMBER,
+    **{f"{axis}_m": Allowed(-100, high=100, label=METRES) for axis in "xyz"},
+}
+SPECTRUM_COLUMNS = {
+    "frequency_hz": Allowed(0.0, low_itself=False, label=HERTZ),
+    "microphone": NUMBER,
+    "other": NUMBER,
+    "real_pa2_hz": Allowed(-4e10, high=4e10, label=Label("Pa^2/Hz")),
+    "imaginary_pa2_hz": Allowed(-4e10, high=4e10, label=Label("Pa^2/Hz")),
+}
+
+UNIVERSAL = (".uff", ".unv", ".uf58")
+CROSS_SPECTRA = (2, 3, 9)  # types of functions of data set 58: auto, cross, PSD
+DENSITIES = {"PA^2/HZ", "PA²/HZ", "PA**2/HZ", "(PA^2)/HZ", "PA2/HZ"}
+
+ROUNDING = 1e-3  # negative power that rounding leaves, over the whole
+
+
+class CrossSpectra(NamedTuple):
+    """What microphones measured."""
+
+    position: Array  # (M, 3) [m]
+    frequency: Array  # (nf,) rising [Hz]
+    spectra: Complexes  # (nf, M, M) ⟨p_i p_j*⟩ with exp(iωt) [Pa²/Hz]
+
+
+def read_cross_spectra(path: Path, positions: Path) -> CrossSpectra:
+    """Read cross-spectra of all pairs of the microphones of a table of positions.
+
+    Raises
+    ------
+    ColumnsError
+        With the place of what is missing, given twice, or no cross-spectra.
+    """
+    name, position = _positions(positions)
+    is_universal = path.suffix.lower() in UNIVERSAL
+    frequency, pairs, values = _universal(path) if is_universal else _table(path)
+    unknown = np.setdiff1d(pairs, name)
+    if unknown.size:
+        raise ColumnsError([f"{path}: microphone {unknown[0]} is not in {positions.name}"])
+    lines, line = np.unique(frequency, return_inverse=True)
+    place = np.searchsorted(name, pairs)
+    spectra = np.full((lines.size, name.size, name.size), np.nan, complex)
+    spectra[line, place[:, 1], place[:, 0]] = values.conj()
+    spectra[line, place[:, 0], place[:, 1]] = values
+    _check_pairs(path, name, lines, spectra, np.column_stack([line, place]), values)
+    return CrossSpectra(position, lines, (spectra + spectra.conj().swapaxes(1, 2)) / 2)
+
+
+def _positions(path: Path) -> tuple[Index, Array]:
+    table = numbers(read_rows(path, POSITION_COLUMNS), POSITION_COLUMNS)
+    name = table["microphone"]
+    table.note(name != np.round(name), "microphone = {microphone:g}: must be a whole number")
+    order = np.argsort(name, kind="stable")
+    table.note(
+        np.isin(np.arange(name.size), order[1:][np.diff(name[order]) == 0]),
+        "microphone = {microphone:g} is given twice",
+    )
+    table.refuse(fewest=1, too_few="has no microphone")
+    position = np.column_stack([table[f"{axis}_m"] for axis in "xyz"])
+    return name[order].astype(np.int64), position[order]
+
+
+def _table(path: Path) -> tuple[Array, Index, Complexes]:
+    table = numbers(read_rows(path, SPECTRUM_COLUMNS), SPECTRUM_COLUMNS)
+    table.refuse(fewest=2, too_few="must have at least two frequencies")
+    pairs = np.column_stack([table["microphone"], table["other"]]).astype(np.int64)
+    return table["frequency_hz"], pairs, table["real_pa2_hz"] + 1j * table["imaginary_pa2_hz"]
+
+
+def _universal(path: Path) -> tuple[Array, Index, Complexes]:
+    """Return frequencies, nodes of response and reference, and values of all data sets 58."""
+    try:
+        file = pyuff.UFF(str(path))
+        sets = [file.read_sets(n) for n, kind in enumerate(file.get_set_types()) if kind == 58]
+        rows = list(_rows(sets))
+    except ColumnsError as error:
+        raise ColumnsError([f"{path}: {error}"]) from None
+    except Exception as error:  # whatever the library meets in a broken file
+        message = f"is no universal file that can be read ({type(error).__name__})"
+        raise ColumnsError([f"{path}: {message}"]) from None
+    if not rows:
+        raise ColumnsError([f"{path}: has no data set 58 with a cross-spectrum (type 2, 3 or 9)"])
+    frequency, pairs, values = (np.concatenate(part) for part in zip(*rows, strict=True))
+    return frequency, pairs, values
+
+
+def _rows(sets: list[dict[str, Any]]) -> Iterator[tuple[Array, Index, Complexes]]:
+    for record in sets:
+        if record["func_type"] not in CROSS_SPECTRA:
+            continue
+        unit = str(record["ordinate_axis_units_lab"]).strip()
+        pair = int(record["rsp_node"]), int(record["ref_node"])
+        if unit.upper() not in DENSITIES:
+            place = f"data set 58 of microphones {pair[0]} and {pair[1]}"
+            raise ColumnsError([f"{place}: unit {unit!r}; must be Pa^2/Hz"])
+        frequency = np.asarray(record["x"], float)
+        rises = frequency > 0
+        count = int(rises.sum())
+        values = np.asarray(record["data"], complex)[rises]
+        yield frequency[rises], np.tile(np.array(pair, np.int64), (count, 1)), values
+
+
+def _check_pairs(
+    path: Path, name: Index, lines: Array, spectra: Complexes, places: Index, values: Complexes
+) -> None:
+    """Refuse pairs that are missing or given twice with other values, and negative power."""
+    changed = np.zeros(spectra.shape, bool)
+    differs = np.abs(spectra[tuple(places.T)] - values) > ROUNDING * np.abs(values).max(initial=0.0)
+    changed[tuple(places[differs].T)] = True
+    diagonal = np.eye(name.size, dtype=bool)
+    for wrong, message in (
+        (np.isnan(spectra), "is missing"),
+        (changed, "is given twice, with other values"),
+        (diagonal & ~(np.abs(spectra.imag) < ROUNDING * spectra.real), "must be real and above 0"),
+    ):
+        if wrong.any():
+            line, one, other = np.argwhere(wrong)[0]
+            pair = f"microphones {name[one]} and {name[other]}"
+            raise ColumnsError([f"{path}: {lines[line]:g} Hz, {pair}: {message}"])
+    if lines.size < 2:
+        raise ColumnsError([f"{path}: must have at least two frequencies, not {lines.size}"])
+    power = np.linalg.eigvalsh(spectra)
+    negative = np.flatnonzero(power[:, 0] < -ROUNDING * power.sum(axis=1))
+    if negative.size:
+        line = negative[0]
+        message = "the matrix has negative power; must be positive semidefinite"
+        raise ColumnsError([f"{path}: {lines[line]:g} Hz: {message}"])

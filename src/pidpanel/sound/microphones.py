@@ -1,0 +1,156 @@
+"""A sound field that microphones measured: a diffuse field, conditioned on their cross-spectra.
+
+Between microphones nothing is known but that the field obeys the wave equation. So it is taken as a
+Gaussian field, diffuse before anything is known (Ueno, Koyama and Saruwatari 2018; in the panel's
+terms, kriging). With K the cross-spectra of the microphones in a diffuse field, X those of modal
+forces and microphones, G_d the modal forces alone, all per PSD on the face, and Γ what was measured
+
+    G = G_d + B (Γ − K) Bᴴ,    B = X K⁻¹.
+
+G is positive semidefinite, since G_d − B K Bᴴ is the covariance that remains. Where Γ = K nothing
+changes; far from every microphone the field stays diffuse. K contains the noise ε of microphones,
+gains and positions on its diagonal, without which close microphones would cancel.
+
+On or before a rigid wall K = (sin kR/kR + sin kR′/kR′)/2, with R′ to the image of the other
+microphone, and X = ∫ φ sin kR/kR dA. In a room K = sin kR/kR, and X is a mean over all directions
+of the forces of plane waves on free edges (`free_edges`), times the wave at the microphones: these
+have the room's field, without what the panel scatters.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pidpanel.arrays import Array, Complexes, Index
+from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.sound.field import half_circle, half_gauss
+from pidpanel.sound.free_edges import MORE_NODES, NODES_PER_REACH, FreePanel
+from pidpanel.sound.wavenumber_table import Table, WavenumberTable, chebyshev_nodes, node_count
+
+
+@dataclass(frozen=True)
+class Microphones:
+    """Microphones, and what they measured."""
+
+    position: Array  # (M, 3) [m], z from the face of the panel
+    noise: float  # ε, mean square over that of the pressure [1]
+    before_wall: bool  # whether the panel is part of a rigid wall
+    wavenumber: Array  # (nl,) rising [rad/m]
+    spectra: Complexes  # (nl, M, M) Γ per PSD on the face [1], Hermitian
+
+    def expected(self, wavenumber: Array) -> Array:
+        """Return K (nf, M, M) of a diffuse field without noise [1] at k (nf,) [rad/m]."""
+        between = self.position[:, None] - self.position
+        coherence = _sinc(wavenumber, np.linalg.norm(between, axis=2))
+        if not self.before_wall:
+            return coherence
+        between[..., 2] = self.position[:, None, 2] + self.position[:, 2]
+        return (coherence + _sinc(wavenumber, np.linalg.norm(between, axis=2))) / 2
+
+    def measured(self, wavenumber: Array) -> Complexes:
+        """Return Γ (nf, M, M), linear between the lines."""
+        upper = np.clip(np.searchsorted(self.wavenumber, wavenumber), 1, self.wavenumber.size - 1)
+        low, high = self.wavenumber[upper - 1], self.wavenumber[upper]
+        share = np.clip((wavenumber - low) / (high - low), 0, 1)[:, None, None]
+        return np.asarray((1 - share) * self.spectra[upper - 1] + share * self.spectra[upper])
+
+    def conditioned(
+        self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
+    ) -> Complexes:
+        """Return G (nf, n, n) of G_d (nf, n, n) and X (nf, n, M)."""
+        known = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
+        weights = np.linalg.solve(known, coupling.conj().swapaxes(1, 2)).conj().swapaxes(1, 2)
+        change = self.measured(wavenumber) - known
+        return np.asarray(diffuse + weights @ change @ weights.conj().swapaxes(1, 2))
+
+    def known_share(
+        self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
+    ) -> Array:
+        """Return the share (nf, n) of the diffuse force on each shape that follows from them."""
+        known = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
+        weights = np.linalg.solve(known, coupling.conj().swapaxes(1, 2))
+        share = np.einsum("fnm,fmn->fn", coupling, weights).real
+        return np.asarray(share / np.diagonal(diffuse, axis1=1, axis2=2).real)
+
+    def on_wall(self, wavenumber: float, face: PanelQuadrature) -> Complexes:
+        """Return X (n, M) [m²] of a panel in a wall."""
+        middle = self.position[None, :, :2] - face.position[:, None]
+        distance = np.hypot(np.linalg.norm(middle, axis=2), self.position[:, 2])
+        load = face.weight[:, None] * face.shape
+        return (load.T @ _sinc(np.array([wavenumber]), distance)[0]).astype(complex)
+
+    def distance(self, middle: Array) -> Array:
+        """Return the positions (M, 3) from the middle (2,) of the panel [m]."""
+        return self.position - np.append(middle, 0.0)
+
+    def reach(self, middle: Array) -> float:
+        """Return twice the largest distance from the middle (2,) of the panel [m]."""
+        return 2 * float(np.max(np.linalg.norm(self.distance(middle), axis=1)))
+
+    def in_room(
+        self, wavenumber: float, panel: FreePanel, couplings: list[Array], middle: Array
+    ) -> Complexes:
+        """Return X (n, M) [m²] of half of the forces of waves on a panel with free edges."""
+        reach = panel.jumps.diameter + self.reach(middle)
+        cosine, weight = half_gauss(wavenumber, reach)
+        half = half_circle(wavenumber, reach)
+        around = np.concatenate([half, half + np.pi])
+        angles = np.meshgrid(np.concatenate([cosine, -cosine]), around, indexing="ij")
+        theta, alpha = np.arccos(angles[0].ravel()), angles[1].ravel()
+        share = np.repeat(np.concatenate([weight, weight]) / 2 / around.size, around.size)
+        forces = panel.wave_forces(wavenumber, theta, alpha, couplings) / 2
+        sine = np.sin(theta)
+        direction = np.stack([sine * np.cos(alpha), sine * np.sin(alpha), np.cos(theta)])
+        waves = np.exp(1j * wavenumber * self.distance(middle) @ direction)
+        return np.asarray((forces * share[:, None]).T @ waves.T)
+
+
+@dataclass(frozen=True)
+class MeasuredTable:
+    """G of a measured field over the wavenumber."""
+
+    diffuse: Table  # G_d [m⁴]
+    coupling: WavenumberTable  # X (n, M) [m²]
+    microphones: Microphones
+
+    @property
+    def wavenumber_max(self) -> float:
+        """k_max [rad/m]."""
+        return self.diffuse.wavenumber_max
+
+    def matrix(self, wavenumber: ArrayLike, shapes: Index | None = None) -> Complexes:
+        """Return `WavenumberTable.matrix`."""
+        k = np.asarray(wavenumber, dtype=np.float64)
+        diffuse, coupling = self.diffuse.matrix(k), self.coupling.matrix(k)
+        whole = self.microphones.conditioned(k, diffuse, coupling)
+        return whole if shapes is None else whole[..., shapes]
+
+    def factors_at(self, wavenumber: ArrayLike) -> None:
+        """Return None: no short form is known."""
+
+
+def tabulate_on_wall(
+    wavenumber_max: float, face: PanelQuadrature, microphones: Microphones
+) -> WavenumberTable:
+    """Tabulate X of a panel in a wall for 0 ≤ k ≤ k_max [rad/m]."""
+    reach = face.diameter + microphones.reach(face.center)
+    nodes = chebyshev_nodes(wavenumber_max, node_count(wavenumber_max, reach))
+    values = np.array([microphones.on_wall(k, face).real for k in nodes])
+    return WavenumberTable(wavenumber_max, nodes, values)
+
+
+def tabulate_in_room(
+    panel: FreePanel, face: PanelQuadrature, microphones: Microphones
+) -> WavenumberTable:
+    """Tabulate X of a panel with free edges for 0 ≤ k ≤ k_max [rad/m] of the panel."""
+    k_max, couplings = panel.wavenumber_max, panel.jumps.couplings(face)
+    reach = panel.length + microphones.reach(face.center)
+    nodes = chebyshev_nodes(k_max, int(NODES_PER_REACH * k_max * reach) + MORE_NODES)
+    values = np.array([microphones.in_room(k, panel, couplings, face.center) for k in nodes])
+    return WavenumberTable(k_max, nodes, values.real.copy(), values.imag / nodes[:, None, None])
+
+
+def _sinc(wavenumber: Array, distance: Array) -> Array:
+    """Return sin(kR)/(kR) (nf, *distance.shape)."""
+    return np.asarray(np.sinc(np.multiply.outer(wavenumber, distance) / np.pi))
