@@ -44,7 +44,7 @@ from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import error_parts
 from pidpanel.response.trust import EXTRAPOLATED_SHARE
-from pidpanel.sound.study_field import spectrum_of
+from pidpanel.sound.from_study import spectrum_of
 
 COUPONS = ("level.yaml", "single_tones.py")  # in the sources of rows of the two coupons
 DENSITY = {"acrylic": 1190.0, "steel": 7850.0}  # [kg/m³]

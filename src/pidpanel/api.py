@@ -31,7 +31,7 @@ from pidpanel.response.from_study import partly_known
 from pidpanel.severity.from_study import rms_margins
 from pidpanel.severity.margins import JUDGED
 from pidpanel.severity.tables import PLACE
-from pidpanel.sound.study_field import band_table
+from pidpanel.sound.from_study import bands_on_face
 from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.dampers import COUPLED
 from pidpanel.study.document import Document
@@ -229,7 +229,7 @@ class Model:
 
     def sound(self) -> xr.Dataset:
         """Return the bands of the sound: levels, and the PSD of the pressure on the panel."""
-        bands = band_table(self._with_panel().acoustics)
+        bands = bands_on_face(self._with_panel().acoustics)
         pressure = bands["surface_pressure_psd_pa2_hz"]
         return xr.Dataset(
             {

@@ -246,7 +246,7 @@ def _outside(frequency: ArrayLike, response: Response, relation: str = "all outs
 
 
 def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
-    from pidpanel.sound.study_field import measured_range, stated_spectrum
+    from pidpanel.sound.from_study import measured_range, stated_spectrum
 
     spectrum = yield from read_at(("sound", "spectrum"), lambda: stated_spectrum(sound))
     if spectrum is None:

@@ -12,7 +12,7 @@ from pidpanel.report.html import Picture
 from pidpanel.report.names import main_level
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
-from pidpanel.sound.study_field import spectrum_of
+from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
 from pidpanel.study.stated_dampers import ConstantSection
 from tests.page_reader import blocks_of

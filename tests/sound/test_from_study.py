@@ -10,11 +10,10 @@ from pidpanel.panel.files import read_basis
 from pidpanel.sound import field, from_study
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
 from pidpanel.sound.free_edges import FreePanel
-from pidpanel.sound.from_study import excitation_of
+from pidpanel.sound.from_study import excitation_of, spectrum_of
 from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import tabulate_added_mass
 from pidpanel.sound.rectangle import RectangleJumps
-from pidpanel.sound.study_field import spectrum_of
 from pidpanel.sound.wavenumber_table import TRANSITION, FieldError
 from pidpanel.study import load_study
 from pidpanel.study.sound import Sound

@@ -11,7 +11,7 @@ from pidpanel.panel.files import read_basis
 from pidpanel.sound.field import diffuse_modal_force, plane_wave_modal_force
 from pidpanel.sound.field_files import MODAL_FORCE, read_table, write_tables
 from pidpanel.sound.free_edges import FreePanel, plane_wave_force, tabulate_diffuse_room
-from pidpanel.sound.from_study import excitation_of, modal_force_at
+from pidpanel.sound.from_study import excitation_of, modal_force_at, plane_waves
 from pidpanel.sound.microphone_files import read_cross_spectra
 from pidpanel.sound.microphones import (
     MeasuredTable,
@@ -21,7 +21,6 @@ from pidpanel.sound.microphones import (
 )
 from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.rectangle import RectangleJumps
-from pidpanel.sound.study_field import plane_waves
 from pidpanel.study import load_study
 from tests.jobs import make_panel, make_sound
 from tests.sound.panels import SIDES, sine_panel

@@ -10,9 +10,9 @@ from pidpanel.sound.free_edges import (
     plane_wave_force,
     tabulate_free_plane_waves,
 )
+from pidpanel.sound.from_study import plane_waves
 from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.rectangle import RectangleJumps
-from pidpanel.sound.study_field import plane_waves
 from pidpanel.study import Study, StudyError, load_study
 from tests.sound.panels import SIDES, sine_panel
 from tests.sound.test_from_study import BANDS, STUDY

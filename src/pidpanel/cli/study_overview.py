@@ -330,10 +330,10 @@ def _mass_per_area(study: Study, filling: Filling) -> float:
 
 def _of_sound(study: Study, basis: PanelBasis | None) -> Iterator[str]:
     """Yield the levels overall, in the range and as tabulated; the surroundings, and others."""
+    from pidpanel.sound.from_study import spectrum_of
     from pidpanel.sound.spectrum import REFERENCE_PRESSURE
-    from pidpanel.sound.study_field import spectrum_of
-    from pidpanel.sound.study_surroundings import surroundings_text
     from pidpanel.sound.table import read_pressure
+    from pidpanel.surroundings.from_study import surroundings_text
 
     sound, (low, high) = study.acoustics, study.response.frequency_hz
     spectrum = spectrum_of(sound)

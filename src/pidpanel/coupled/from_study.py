@@ -30,8 +30,7 @@ from pidpanel.provenance.results import read_netcdf
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.base_motion import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
-from pidpanel.sound.from_study import excitation_of, read_air
-from pidpanel.sound.study_field import spectrum_of
+from pidpanel.sound.from_study import excitation_of, read_air, spectrum_of
 from pidpanel.spectra.acceleration_table import read_base_table
 from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.structure.from_study import read_moved_panel, studied

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from pidpanel.sound.study_field import spectrum_of
+from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import CouponStudy as CouponStudy
 from pidpanel.study import Scenario as Scenario
 from pidpanel.study import Study as Study

@@ -8,8 +8,8 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
 from pidpanel.report.names import Study
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.sound.study_field import spectrum_of
-from pidpanel.sound.study_surroundings import surroundings_text
+from pidpanel.sound.from_study import spectrum_of
+from pidpanel.surroundings.from_study import surroundings_text
 
 LEVEL = "band level, dB re 20 µPa"
 

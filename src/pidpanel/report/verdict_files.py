@@ -20,7 +20,7 @@ from pidpanel.report.names import Scenario, Study
 from pidpanel.response.psd_files import is_steady, read_psd
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.lines import root_mean_square
-from pidpanel.sound.study_field import spectrum_of
+from pidpanel.sound.from_study import spectrum_of
 
 RMS_LIMIT = 0.03  # largest relative difference of g rms [1]
 

@@ -38,9 +38,9 @@ from pidpanel.sound.from_study import (
     modal_force_at,
     read_air,
     sound_tables,
+    spectrum_of,
 )
 from pidpanel.sound.radiation import Air
-from pidpanel.sound.study_field import spectrum_of
 from pidpanel.structure.from_study import studied
 from pidpanel.study import Scenario, Study
 from pidpanel.study.dampers import TONES, BedDamper

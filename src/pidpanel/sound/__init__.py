@@ -3,7 +3,7 @@
 Nothing here depends on dampers; mode shapes enter as arrays of values at quadrature points.
 
 `from_study`
-    Tables of the sound of a study; these and the next two know what a study is.
+    The sound of a study; the one module here that knows what a study is.
 `table`, `spectrum`
     Tables of band levels; the one-sided pressure PSD equivalent to them.
 `field`
@@ -13,8 +13,6 @@ Nothing here depends on dampers; mode shapes enter as arrays of values at quadra
     The same on curved surfaces.
 `plane_waves`, `microphones`, `microphone_files`
     Waves of some sources; a field that microphones measured, and their files.
-`study_field`, `study_surroundings`
-    Spectrum and field of a study; what other surroundings change.
 `face`
     The face of a panel under plane waves, folded by parity.
 `free_edges`, `rectangle`, `outline`, `triangles`

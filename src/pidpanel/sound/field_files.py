@@ -47,7 +47,7 @@ def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[st
     import xarray as xr  # slow to import, and reading does without
 
     variables = {}
-    for name, kind, table in _parts(tables):
+    for name, kind, table in parts_of(tables):
         axis = f"{name}_wavenumber"
         units, long_name = KINDS[kind]
         dims = f"{axis} shape {'microphone' if kind == COUPLING else 'other_shape'}"
@@ -73,11 +73,11 @@ def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[st
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
-def _parts(tables: Mapping[str, Table]) -> Iterator[tuple[str, str, WavenumberTable]]:
+def parts_of(tables: Mapping[str, Table]) -> Iterator[tuple[str, str, WavenumberTable]]:
     """Yield the tables by their names in the file and of `KINDS`."""
     for kind, table in tables.items():
         if isinstance(table, MeasuredTable):
-            yield from _parts({kind: table.diffuse})
+            yield from parts_of({kind: table.diffuse})
             yield COUPLING, COUPLING, table.coupling
         elif isinstance(table, JoinedTable):
             yield kind, kind, table.lower
@@ -113,11 +113,11 @@ def read_table(path: Path, name: str) -> Table:
             )
 
         upper = f"{name}_{UPPER}"
-        whole: Table = table(name)
+        found: Table = table(name)
         if upper in file.variables:
-            whole = JoinedTable(table(name), table(upper))
+            found = JoinedTable(table(name), table(upper))
         if name != MODAL_FORCE or COUPLING not in file.variables:
-            return whole
+            return found
         position, k, real, imaginary = (values(f"microphone_{array}") for array in MICROPHONES)
         noise, before_wall = (
             float(getattr(file.variables["microphone_position"], key))
@@ -125,4 +125,4 @@ def read_table(path: Path, name: str) -> Table:
         )
         spectra = real + 1j * imaginary
         microphones = Microphones(position, noise, bool(before_wall), k, spectra)
-        return MeasuredTable(whole, table(COUPLING), microphones)
+        return MeasuredTable(found, table(COUPLING), microphones)

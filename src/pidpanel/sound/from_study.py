@@ -9,6 +9,7 @@ import sys
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,14 @@ from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
 from pidpanel.sound import field
 from pidpanel.sound.field import SoundExcitation
-from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table, write_tables
+from pidpanel.sound.field_files import (
+    ADDED_VOLUME,
+    DIFFUSE,
+    MODAL_FORCE,
+    parts_of,
+    read_table,
+    write_tables,
+)
 from pidpanel.sound.free_edges import (
     FreePanel,
     FreeSurface,
@@ -28,14 +36,23 @@ from pidpanel.sound.free_edges import (
     tabulate_diffuse_room,
     tabulate_free_plane_waves,
 )
-from pidpanel.sound.microphones import MeasuredTable, tabulate_in_room, tabulate_on_wall
+from pidpanel.sound.microphone_files import read_microphones
+from pidpanel.sound.microphones import (
+    MeasuredTable,
+    Microphones,
+    tabulate_in_room,
+    tabulate_on_wall,
+)
+from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import Air, tabulate_added_mass
-from pidpanel.sound.study_field import band_table, measured_field, plane_waves, spectrum_of
+from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum, band_table
 from pidpanel.sound.surface import (
     surface_force,
     tabulate_diffuse_surface,
     tabulate_surface_mass,
+    uniform_surface_force,
 )
+from pidpanel.sound.table import read_spectrum
 from pidpanel.sound.triangles import SurfaceJumps
 from pidpanel.sound.wavenumber_table import (
     JoinedTable,
@@ -44,8 +61,12 @@ from pidpanel.sound.wavenumber_table import (
     constant_table,
     upper_share,
 )
+from pidpanel.spectra.break_points import BreakPoints
 from pidpanel.study import Study
-from pidpanel.study.sound import Sound
+from pidpanel.study.sound import Sound, StatedField
+
+if TYPE_CHECKING:  # slow to import
+    import pandas as pd
 
 SURFACE_REACH = 3.0  # wavenumber to which the mass of the air on a curved face is integrated
 FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes or of the sound
@@ -54,6 +75,72 @@ FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes
 Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
+
+
+def spectrum_of(sound: Sound) -> Spectrum:
+    """Return the spectrum of a study, at ``oaspl_db`` or ``shift_db`` higher.
+
+    The overall level is that of the whole table, also outside the range where a response is
+    computed.
+
+    Raises
+    ------
+    SpectrumError
+        If the table cannot be read (`read_spectrum`).
+    """
+    spectrum = stated_spectrum(sound).shifted(sound.shift_db)
+    if sound.oaspl_db is None:
+        return spectrum
+    return spectrum.shifted(sound.oaspl_db - spectrum.oaspl)
+
+
+def stated_spectrum(sound: Sound) -> Spectrum:
+    """Return the spectrum of a study as its file has it; that of microphones, their mean.
+
+    Raises
+    ------
+    ColumnsError
+        If the file cannot be read.
+    """
+    if sound.spectrum is not None:
+        return read_spectrum(sound.spectrum)
+    measured, level = measured_field(sound)
+    frequency = measured.wavenumber * sound.speed_m_s / (2 * np.pi)
+    return Spectrum(BreakPoints(frequency, level), "cross-spectra of microphones")
+
+
+def bands_on_face(sound: Sound) -> pd.DataFrame:
+    """Return the bands of a study with their levels and the mean PSD on the face of the panel."""
+    return band_table(spectrum_of(sound), sound.faces * PRESSURE_FACTOR[sound.reference])
+
+
+def measured_field(sound: Sound) -> tuple[Microphones, Array]:
+    """Return microphones, and the mean PSD on the face (nl,) [Pa²/Hz] that they measured."""
+    stated = sound.field
+    assert isinstance(stated, StatedField) and stated.cross_spectra and stated.microphones
+    return read_microphones(
+        stated.cross_spectra,
+        stated.microphones,
+        10 ** (stated.noise_db / 10),
+        sound.speed_m_s,
+        before_wall=not sound.is_free,
+    )
+
+
+def measured_range(sound: Sound) -> tuple[float, float]:
+    """Return the lowest and the highest frequency that microphones measured [Hz]."""
+    frequency = measured_field(sound)[0].wavenumber * sound.speed_m_s / (2 * np.pi)
+    return float(frequency[0]), float(frequency[-1])
+
+
+def plane_waves(sound: Sound) -> PlaneWaves:
+    """Return the waves of a study with sources, a plane or a progressive wave."""
+    if not isinstance(sound.field, StatedField):
+        return PlaneWaves.lone(sound.incidence, sound.azimuth)
+    sources = sound.field.sources or ()
+    angles = np.radians([(source.incidence_deg, source.azimuth_deg) for source in sources])
+    power = 10 ** (np.array([source.level_db for source in sources]) / 10)
+    return PlaneWaves(angles[:, 0], angles[:, 1], power / power.sum(), sound.field.one_drive)
 
 
 def excitation_of(sound: Sound, table: Table) -> SoundExcitation:
@@ -98,7 +185,10 @@ def sound_tables(study: Study, shapes: WettedFace, *, air: bool) -> dict[str, Ta
         return {**tables}
     upper = {MODAL_FORCE: modal_force_table(sound, k_max, shapes)}
     if air and shapes.quadrature_normal is not None:
-        upper |= _surface_air(sound, SurfaceQuadrature.from_face(shapes), k_max)
+        surface = SurfaceQuadrature.from_face(shapes)
+        upper[ADDED_VOLUME] = tabulate_surface_mass(k_max, SURFACE_REACH * k_max, surface)
+        if sound.field != "diffuse":
+            upper[DIFFUSE] = tabulate_diffuse_surface(k_max, surface)
     elif air:
         upper |= air_tables(sound, shapes, k_max, air_mass=study.response.air_mass)
     if panel is None:
@@ -144,17 +234,6 @@ def _free_tables(
 def _quadrature(shapes: MovedFace) -> PanelQuadrature | SurfaceQuadrature:
     curved = shapes.quadrature_normal is not None
     return SurfaceQuadrature.from_face(shapes) if curved else PanelQuadrature.from_face(shapes)
-
-
-def _surface_air(
-    sound: Sound, surface: SurfaceQuadrature, k_max: float
-) -> dict[str, WavenumberTable]:
-    """Tabulate the air on a curved surface, each face alone; as `air_tables`."""
-    volume = tabulate_surface_mass(k_max, SURFACE_REACH * k_max, surface)
-    tables = {ADDED_VOLUME: volume}
-    if sound.field != "diffuse":
-        tables[DIFFUSE] = tabulate_diffuse_surface(k_max, surface)
-    return tables
 
 
 def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
@@ -205,16 +284,11 @@ def _surface_force_table(sound: Sound, k_max: float, surface: SurfaceQuadrature)
         case "diffuse":
             return tabulate_diffuse_surface(k_max, surface)
         case "uniform":
-            return constant_table(k_max, _uniform_force(surface))
+            return constant_table(k_max, uniform_surface_force(surface))
         case _:
             raise ValueError(
                 f"field = {sound.field}: must be diffuse or uniform on a curved surface"
             )
-
-
-def _uniform_force(surface: SurfaceQuadrature) -> Array:
-    force = surface.weight @ surface.shape
-    return np.outer(force, force)
 
 
 def modal_force_at(study: Study, frequency: float, shapes: MovedFace) -> Array | Complexes:
@@ -252,7 +326,7 @@ def _baffled_force_at(
     sound: Sound, k: float, shapes: MovedFace, face: PanelQuadrature | SurfaceQuadrature
 ) -> Array | Complexes:
     if isinstance(face, SurfaceQuadrature):
-        return surface_force(k, face) if sound.field == "diffuse" else _uniform_force(face)
+        return surface_force(k, face) if sound.field == "diffuse" else uniform_surface_force(face)
     match sound.field:
         case "diffuse":
             if np.isfinite(face.wavenumber):  # a condensed face is a grid
@@ -313,25 +387,12 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     ValueError
         If `sound_tables` raises it.
     """
-    band_table(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
+    bands_on_face(study.acoustics).to_csv(output.spectrum, index=False, float_format="%.7g")
     air_nc = output.get("air")
     tables = sound_tables(study, shapes, air=air_nc is not None)
-    for name, table in tables.items():
-        _tell(name.replace("_", " "), table)
+    for name, _, table in parts_of(tables):
+        print(f"{name.replace('_', ' ')}: {table.size_text}", file=sys.stderr)
     attributes = {**stamp(study), "field": study.acoustics.field_name}
     write_tables(output.modal_force, {MODAL_FORCE: tables.pop(MODAL_FORCE)}, attributes)
     if air_nc is not None:
         write_tables(air_nc, tables, stamp(study))
-
-
-def _tell(title: str, table: Table) -> None:
-    """Print the size of a table to the log of the stage."""
-    if isinstance(table, MeasuredTable):
-        return _tell(title, table.diffuse)
-    if isinstance(table, JoinedTable):
-        _tell(title, table.lower)
-        return _tell(f"{title} above that", table.upper)
-    assert isinstance(table, WavenumberTable)
-    count, shapes = table.even.shape[:2]
-    text = f"{title}: {shapes} shapes at {count} wavenumbers to {table.wavenumber_max:.3g} rad/m"
-    print(text, file=sys.stderr)

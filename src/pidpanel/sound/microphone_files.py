@@ -1,6 +1,8 @@
 """Cross-spectra of microphones from a table or a universal file, and their positions."""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,6 +11,8 @@ import pyuff
 
 from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.columns import Allowed, ColumnsError, numbers, read_rows
+from pidpanel.sound.field import wavenumber
+from pidpanel.sound.microphones import Microphones
 from pidpanel.tabular.cells import HERTZ, Label
 
 NUMBER = Allowed(1, high=1e9)
@@ -38,6 +42,32 @@ class CrossSpectra(NamedTuple):
     position: Array  # (M, 3) [m]
     frequency: Array  # (nf,) rising [Hz]
     spectra: Complexes  # (nf, M, M) ⟨p_i p_j*⟩ with exp(iωt) [Pa²/Hz]
+
+
+@lru_cache(maxsize=1)
+def read_microphones(
+    path: Path, positions: Path, noise: float, speed: float, *, before_wall: bool
+) -> tuple[Microphones, Array]:
+    """Return microphones, and the mean PSD on the face (nl,) [Pa²/Hz] that they measured.
+
+    Parameters
+    ----------
+    path, positions
+        As of `read_cross_spectra`, which states the errors.
+    noise, before_wall
+        As of `Microphones`.
+    speed
+        Speed of sound [m/s].
+    """
+    read = read_cross_spectra(path, positions)
+    if before_wall and np.any(read.position[:, 2] < 0):
+        raise ColumnsError([f"{positions}: z_m: must be at least 0 in a baffle, on its front"])
+    k = wavenumber(read.frequency, speed)
+    microphones = Microphones(read.position, noise, before_wall, k, read.spectra)
+    expected = np.diagonal(microphones.expected(k), axis1=1, axis2=2)
+    own = np.diagonal(read.spectra, axis1=1, axis2=2).real
+    level = np.mean(own / expected, axis=1)
+    return replace(microphones, spectra=read.spectra / level[:, None, None]), level
 
 
 def read_cross_spectra(path: Path, positions: Path) -> CrossSpectra:
@@ -131,8 +161,8 @@ def _check_pairs(
         (diagonal & ~(np.abs(spectra.imag) < ROUNDING * spectra.real), "must be real and above 0"),
     ):
         if wrong.any():
-            line, one, other = np.argwhere(wrong)[0]
-            pair = f"microphones {name[one]} and {name[other]}"
+            line, first, second = np.argwhere(wrong)[0]
+            pair = f"microphones {name[first]} and {name[second]}"
             raise ColumnsError([f"{path}: {lines[line]:g} Hz, {pair}: {message}"])
     if lines.size < 2:
         raise ColumnsError([f"{path}: must have at least two frequencies, not {lines.size}"])

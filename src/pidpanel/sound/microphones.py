@@ -41,12 +41,12 @@ class Microphones:
 
     def expected(self, wavenumber: Array) -> Array:
         """Return K (nf, M, M) of a diffuse field without noise [1] at k (nf,) [rad/m]."""
-        between = self.position[:, None] - self.position
-        coherence = _sinc(wavenumber, np.linalg.norm(between, axis=2))
+        offset = self.position[:, None] - self.position
+        coherence = _sinc(wavenumber, np.linalg.norm(offset, axis=2))
         if not self.before_wall:
             return coherence
-        between[..., 2] = self.position[:, None, 2] + self.position[:, 2]
-        return (coherence + _sinc(wavenumber, np.linalg.norm(between, axis=2))) / 2
+        offset[..., 2] = self.position[:, None, 2] + self.position[:, 2]
+        return (coherence + _sinc(wavenumber, np.linalg.norm(offset, axis=2))) / 2
 
     def measured(self, wavenumber: Array) -> Complexes:
         """Return Γ (nf, M, M), linear between the lines."""
@@ -59,17 +59,17 @@ class Microphones:
         self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
     ) -> Complexes:
         """Return G (nf, n, n) of G_d (nf, n, n) and X (nf, n, M)."""
-        known = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
-        weights = np.linalg.solve(known, coupling.conj().swapaxes(1, 2)).conj().swapaxes(1, 2)
-        change = self.measured(wavenumber) - known
+        prior = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
+        weights = np.linalg.solve(prior, coupling.conj().swapaxes(1, 2)).conj().swapaxes(1, 2)
+        change = self.measured(wavenumber) - prior
         return np.asarray(diffuse + weights @ change @ weights.conj().swapaxes(1, 2))
 
     def known_share(
         self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
     ) -> Array:
         """Return the share (nf, n) of the diffuse force on each shape that follows from them."""
-        known = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
-        weights = np.linalg.solve(known, coupling.conj().swapaxes(1, 2))
+        prior = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
+        weights = np.linalg.solve(prior, coupling.conj().swapaxes(1, 2))
         share = np.einsum("fnm,fmn->fn", coupling, weights).real
         return np.asarray(share / np.diagonal(diffuse, axis1=1, axis2=2).real)
 
@@ -123,8 +123,8 @@ class MeasuredTable:
         """Return `WavenumberTable.matrix`."""
         k = np.asarray(wavenumber, dtype=np.float64)
         diffuse, coupling = self.diffuse.matrix(k), self.coupling.matrix(k)
-        whole = self.microphones.conditioned(k, diffuse, coupling)
-        return whole if shapes is None else whole[..., shapes]
+        matrix = self.microphones.conditioned(k, diffuse, coupling)
+        return matrix if shapes is None else matrix[..., shapes]
 
     def factors_at(self, wavenumber: ArrayLike) -> None:
         """Return None: no short form is known."""

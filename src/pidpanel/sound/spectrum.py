@@ -6,7 +6,8 @@ Levels are in dB re 20 µPa, frequencies in Hz, PSDs one-sided in Pa²/Hz.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, Self
+from itertools import pairwise
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,9 @@ from numpy.typing import ArrayLike
 from pidpanel.arrays import Array, Index
 from pidpanel.spectra import third_octaves
 from pidpanel.spectra.break_points import BreakPoints
+
+if TYPE_CHECKING:  # slow to import
+    import pandas as pd
 
 BandKind = Literal["third octave", "octave"]
 PressureReference = Literal["surface", "room", "incident"]
@@ -176,3 +180,34 @@ def pressure_psd(
             f"{low:.6g} to {high:.6g} Hz and are not extrapolated"
         )
     return loaded_sides * PRESSURE_FACTOR[pressure_reference] * spectrum.points(frequency)
+
+
+def band_table(spectrum: Spectrum, factor: float) -> pd.DataFrame:
+    """Return the bands of a spectrum with their levels and the mean PSD on the face of the panel.
+
+    Of a table of PSD, third octaves; the first and the last may reach beyond the table.
+
+    Parameters
+    ----------
+    factor
+        PSD on the face over that of the spectrum [1].
+
+    Returns
+    -------
+    A row per band: ``center_hz``, ``lower_hz``, ``upper_hz``, ``band_spl_db`` [dB re 20 µPa],
+    ``surface_pressure_psd_pa2_hz``.
+    """
+    import pandas as pd
+
+    bands, (low, high) = spectrum.bands(), spectrum.reach
+    center, edge = bands.center_frequency, np.clip(bands.edge_frequency, low, high)
+    mean_square = [spectrum.points.mean_square(*ends) for ends in pairwise(edge.tolist())]
+    return pd.DataFrame(
+        {
+            "center_hz": center,
+            "lower_hz": edge[:-1],
+            "upper_hz": edge[1:],
+            "band_spl_db": bands.band_spl,
+            "surface_pressure_psd_pa2_hz": factor * np.array(mean_square) / np.diff(edge),
+        }
+    )

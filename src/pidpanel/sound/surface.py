@@ -154,3 +154,9 @@ def tabulate_surface_mass(
         force = np.tensordot(weights, table.even, axes=1)
         volume[index] = (force - 2 * np.pi * logarithm * overlap) / np.pi**2
     return WavenumberTable(wavenumber_max, nodes, volume)
+
+
+def uniform_surface_force(surface: SurfaceQuadrature) -> Array:
+    """Return G (n, n) [m⁴] of one pressure over the whole face."""
+    force = surface.weight @ surface.shape
+    return np.outer(force, force)

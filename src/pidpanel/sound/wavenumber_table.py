@@ -88,6 +88,12 @@ class WavenumberTable:
             reach -= 1
         return reach / self.wavenumber_max
 
+    @property
+    def size_text(self) -> str:
+        """Size in words."""
+        count, shapes = self.even.shape[:2]
+        return f"{shapes} shapes at {count} wavenumbers to {self.wavenumber_max:.3g} rad/m"
+
     def matrix(self, wavenumber: ArrayLike, shapes: Index | None = None) -> Array | Complexes:
         """Return the matrix at the wavenumbers (nf,) [rad/m], (nf, n, n), or columns (nf, n, k).
 

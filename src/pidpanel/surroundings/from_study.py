@@ -8,10 +8,10 @@ from pidpanel.sound import field
 from pidpanel.sound.field_files import MODAL_FORCE
 from pidpanel.sound.from_study import air_of, excitation_of, measured_tables, sound_tables
 from pidpanel.sound.microphones import MeasuredTable
-from pidpanel.sound.surroundings import face_of_modes, mode_accelerations
 from pidpanel.study import Study
 from pidpanel.study.mistakes import listed
 from pidpanel.study.surroundings import change_text
+from pidpanel.surroundings.modes import face_of_modes, mode_accelerations
 
 COMPARED_MODES = 3  # number of modes at which other surroundings are compared
 

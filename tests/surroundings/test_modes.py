@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from pidpanel.sound.surroundings import mode_accelerations
+from pidpanel.surroundings.modes import mode_accelerations
 
 FREQUENCY, MASS, RATIO = np.array([60.0, 150.0]), np.array([1.5, 0.8]), np.array([1e-3, 2e-3])
 LOAD, PRESSURE = np.array([0.3, 0.02]), 40.0  # [m⁴], [Pa²/Hz]
