@@ -57,6 +57,19 @@ class DeckSections:
         kind = "PCOMPG is not read" if number in self.cards["PCOMPG"] else "no PSHELL or PCOMP"
         raise ValueError(f"property {number}: {kind}")
 
+    def is_possible(self, number: str) -> bool:
+        """Return whether the materials of a property have usual moduli and densities."""
+        card = self.cards["PSHELL"].get(number) or self.cards["PCOMP"].get(number)
+        fields = [*card.fields, *BLANKS] if card else []
+        names = [fields[1]] if card and card.name == "PSHELL" else fields[8::4]
+        values = []
+        for name in filter(None, names):
+            try:
+                values.append(self._material(name))
+            except ValueError:
+                values.append({})
+        return any(values) and (card is None or card.name == "PCOMP" or all(values))
+
     def _material(self, number: str, *, is_core: bool = False) -> dict[str, float]:
         """Return the constants of a material in SI."""
         name = next((name for name in MATERIALS if number in self.cards[name]), "")

@@ -10,15 +10,18 @@ from types import SimpleNamespace
 from typing import Any
 
 import jinja2
+import numpy as np
 import yaml
 
 from pidpanel.cli.mesh_draft import MeshDraft
+from pidpanel.cli.structure_draft import StructureDraft, modes_draft
 from pidpanel.columns import read_rows
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.table import read_spectrum
+from pidpanel.structure.any_structure import StructureRefused
 from pidpanel.structure.from_study import studied
-from pidpanel.study import StudyError, load_study
+from pidpanel.study import Study, StudyError, load_study
 from pidpanel.study.base import found_file
 from pidpanel.study.requirements import DEPTH, WIDTH
 from pidpanel.study.section import core_cell_width_mm
@@ -41,14 +44,33 @@ class Draft(SimpleNamespace):
     @property
     def edges(self) -> str:
         """Supports of the edges; free on hold-downs."""
+        if self.structure is not None:
+            return ""
         if self.deck is not None and not self.supports:
             return str(self.deck.supports["outline"])
         return self.supports or ("free" if self.hold_downs else "simply_supported")
 
     @cached_property
+    def structure(self) -> StructureDraft | None:
+        """What a file of modes gives; None without one."""
+        if self.modes is None:
+            return None
+        try:
+            return modes_draft(
+                self.modes, self.mesh, self.unit_m, self.groups, self.written,
+                is_normalised=self.mass_normalised,
+            )  # fmt: skip
+        except ValueError as error:
+            raise StudyError(str(error)) from None
+
+    def written(self, path: Path) -> str:
+        """Return the path of a file as the study states it."""
+        return _relative_path(str(path), self.file)
+
+    @cached_property
     def deck(self) -> MeshDraft | None:
         """What a mesh file gives; None without one."""
-        if self.mesh is None:
+        if self.mesh is None or self.structure is not None:
             return None
         try:
             kind = self.section if self.is_section_stated else None
@@ -117,6 +139,11 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
     backup = file.read_bytes() if file.exists() else None
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
+        if draft.structure is not None:
+            _write_text(file, _values(draft, file), 0.0)
+            study = load_study(file)
+            _check_structure(study)
+            return
         values = _values(draft, file)
         last = FINER if draft.deck is None else REFINED
         for step in range(last + 1):
@@ -141,6 +168,14 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
         raise
 
 
+def _check_structure(study: Study) -> None:
+    """Refuse a structure that cannot be computed, in one line with its key."""
+    try:
+        studied(study.panel).check(study.response.frequency_hz[1], study.damper_masses())
+    except StructureRefused as refused:
+        raise StudyError(f"structure.{'.'.join(refused.keys)}: {refused}") from None
+
+
 def _write_text(file: Path, values: Mapping[str, Any], element: float) -> None:
     """Write the study with elements of about a length [m]."""
     file.write_text(_text({**values, "element": _rounded(element)}), encoding="utf-8")
@@ -148,7 +183,7 @@ def _write_text(file: Path, values: Mapping[str, Any], element: float) -> None:
 
 def _values(draft: Draft, file: Path) -> dict[str, Any]:
     """Return the variables of the template."""
-    for kind in ("hold_downs", "holes", "points"):
+    for kind in ("hold_downs", "holes", "points") if draft.structure is None else ():
         for x, y, *_ in getattr(draft, kind):
             if not (0 <= x <= draft.size[0] and 0 <= y <= draft.size[1]):
                 option = f"--{kind[:-1].replace('_', '-')} {x:g},{y:g}"
@@ -168,6 +203,15 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     low, high = max(LOWEST, float(edges[0])), min(HIGHEST, float(edges[-1]))
     if draft.has_law:
         low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
+    if draft.structure is not None:
+        step = 10.0 ** np.floor(np.log10(draft.structure.highest) - 1)
+        high = min(high, float(step * np.floor(draft.structure.highest / step)))
+        if high <= low:
+            last = draft.structure.highest
+            raise StudyError(f"--modes {draft.modes}: end too low, for a response to {last:.4g} Hz")
+        draft.section, draft.thickness_mm = "structure", DEPTH_MM
+        if draft.structure.is_closed:
+            draft.surroundings = "baffle"
     fills = _fills(Path(draft.table)) if draft.table else FILLS
     if draft.deck is not None:
         draft.size = draft.deck.size
@@ -179,12 +223,15 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
             else:  # cells stand on it
                 draft.thickness_mm = max(draft.laminate["thickness_mm"], DEPTH_MM)
     a, b = draft.size
+    second = "quarter" if draft.structure is None else "antinode"
     patch = _rounded(0.2 * min(a, b))
     return {
         **vars(draft),
         "draft": draft,
         "limits": _limits(draft, file),
         "laminate": draft.laminate,
+        "second": second,
+        "remarks": (draft.structure or draft.deck or SimpleNamespace(remarks=())).remarks,
         "refine": 0,
         "mesh": _relative_path(str(draft.mesh), file) if draft.mesh else "",
         "title": draft.title or file.stem,
@@ -200,7 +247,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         "centre": (a / 2, b / 2),
         "corner": (_rounded(a / 4), _rounded(b / 4)),
         "low": low if low == LOWEST else round(low + 0.05, 1),
-        "high": high if high == HIGHEST else round(high - 0.05, 1),
+        "high": high if high == HIGHEST or draft.structure else round(high - 0.05, 1),
         "schema": (WORKFLOW / "schemas" / "study.schema.json").as_uri(),
     }
 

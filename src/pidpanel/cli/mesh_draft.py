@@ -102,22 +102,22 @@ class MeshDraft(NamedTuple):
         return int(self.mesh.node[np.linalg.norm(nodes - place, axis=1).argmin()])
 
 
-def _unit(deck: Deck) -> float:
-    """Return the unit with which the materials of a deck are possible, or by its extent [m]."""
+def unit_of_materials(deck: Deck) -> float | None:
+    """Return the unit of length with which the materials of a deck are possible [m], or None."""
     possible = []
     for unit in MASS_UNITS:
         sections = DeckSections(deck, unit)
         for name in ("PCOMP", "PSHELL"):
             for card in deck.cards.get(name, ()):
-                try:
-                    sections.section(card.fields[0])
-                except ValueError:
-                    continue
-                possible.append(unit)
-    if possible:
-        return max(possible, key=possible.count)
+                if sections.is_possible(card.fields[0]):
+                    possible.append(unit)
+    return max(possible, key=possible.count) if possible else None
+
+
+def _unit(deck: Deck) -> float:
+    """Return the unit of the materials of a deck, or by its extent [m]."""
     extent = np.ptp(deck.position, axis=0).max() if len(deck.position) else 0.0
-    return 1e-3 if extent > LONGEST else 1.0
+    return unit_of_materials(deck) or (1e-3 if extent > LONGEST else 1.0)
 
 
 def _union(triangles: np.ndarray) -> BaseGeometry:

@@ -36,7 +36,9 @@ several = partial(option, multiple=True)
 @option("--title", help="title of the report (default: the name of the file)")
 @option("--size", type=SIZE, default="1.5x1.0", help="edges of the panel [m]")
 @option("--mesh", type=FILE, help="Nastran deck or gmsh file: mesh, supports, section, masses")
-@several("--group", "groups", help="property or SET of the deck that is the panel; repeatable")
+@option("--modes", type=FILE, help="modes of another solver, with --mesh: a structure, no panel")
+@option("--mass-normalised", is_flag=True, help="modes without masses are scaled to 1 kg")
+@several("--group", "groups", help="property or SET that the panel is, or the sound meets")
 @option("--unit-m", type=ABOVE_ZERO, help="length unit of the mesh [m] (1, or 0.001 by its extent)")
 @several("--hold-down", "hold_downs", type=PLACE, help="hold-down of 2 cm radius [m]; repeatable")
 @option("--supports", type=EDGES, help="edges (default: simply_supported; free with hold-downs)")
@@ -78,9 +80,13 @@ def new(file: Path, force: bool, **options: Any) -> None:
     }
     if options["mesh"] is not None and is_stated["size"]:
         raise StudyError(f"--size: not allowed with --mesh, the size is that of {options['mesh']}")
-    draft = Draft(**options, is_section_stated=is_stated["section"])
+    draft = Draft(**options, file=file, is_section_stated=is_stated["section"])
     write(draft, file, force=force)
     print(f"{file}: written")
+    if draft.structure is not None:
+        print(f"{draft.modes or draft.mesh}: {draft.structure.text}")
+        for remark in draft.structure.remarks:
+            print(f"  {remark}")
     if draft.deck is not None:
         section = "" if draft.laminate else ", section of the options"
         print(f"{draft.mesh}: {draft.deck.text}{section}")

@@ -36,7 +36,7 @@ GEOMETRY = ("GRID", "GRDSET", *SHELLS, *BY_POINTS, *BY_NODES)
 CONSTRAINTS = ("SPC", "SPC1", "SPCADD")
 MASSES = {"CONM1": 3, "CONM2": 3, "CMASS2": 1, "CMASS4": 1}  # place of the mass
 PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG", "MAT1", "MAT2", "MAT8")
-PROPOSED = (*CONSTRAINTS, *MASSES, *PROPERTIES, "PARAM", "RBE2")
+PROPOSED = (*CONSTRAINTS, *MASSES, *PROPERTIES, "PARAM", "EIGR", "EIGRL", "RBE2")
 SET = re.compile(r"^\s*SET\s+(\d+)\s*=((?:.*,\s*\n)*.*)$", re.MULTILINE)
 WEIGHTS = re.compile(r"^\s*PARAM\s*,\s*WTMASS\s*,\s*(\S+)", re.MULTILINE)
 ACTIVE = re.compile(r"^\s*SPC\s*=\s*(\d+)\s*$", re.MULTILINE)

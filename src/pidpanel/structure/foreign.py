@@ -74,12 +74,17 @@ class ForeignStructure(AnyStructure):
             cells = oriented(self.model.position, self._cells[0], outward and np.array(outward))
         except ValueError as error:
             raise StructureRefused(("outward",), str(error)) from error
-        number = np.searchsorted(self._nodes, cells)
+        number = np.searchsorted(self.nodes, cells)
         is_triangle = (self._cells[0][:, 2] == self._cells[0][:, 3]).all()
-        return Surface(self.model.position[self._nodes], number[:, :3] if is_triangle else number)
+        return Surface(self.model.position[self.nodes], number[:, :3] if is_triangle else number)
+
+    @property
+    def loaded_cells(self) -> Index:
+        """Cells of the loaded surface (n_cells, 4), nodes of the file, as they are numbered."""
+        return self._cells[0]
 
     @cached_property
-    def _nodes(self) -> Index:
+    def nodes(self) -> Index:
         """(n_vertices,) nodes of the file that are vertices of the surface."""
         return np.unique(self._cells[0])
 
@@ -106,7 +111,7 @@ class ForeignStructure(AnyStructure):
                 message = f"{distance:.3g} m off the surface; the nearest node is at {place} m"
                 raise StructureRefused(("points", name, "at_m"), message)
             return vertex
-        match = np.flatnonzero(self.model.node_number[self._nodes] == point.node)
+        match = np.flatnonzero(self.model.node_number[self.nodes] == point.node)
         if not match.size:
             raise StructureRefused(("points", name, "node"), "no node of the loaded surface")
         return int(match[0])
@@ -135,7 +140,7 @@ class ForeignStructure(AnyStructure):
     def _shapes(self) -> ResidualVectors:
         """Modes, then residual vectors of static cases, on the vertices of the surface."""
         model, names = self.model, self.pressures
-        modes = model.frequency, model.modal_mass, model.displacement[self._nodes]
+        modes = model.frequency, model.modal_mass, model.displacement[self.nodes]
         cases = model.static_displacement
         if not names:
             return ResidualVectors(*modes)
@@ -150,7 +155,7 @@ class ForeignStructure(AnyStructure):
         pressure = np.array(inside, dtype=float)[:, quadrature.cell].T
         try:
             added = residual_vectors(
-                quadrature, *modes, cases[self._nodes], pressure, self.section.mass_per_area
+                quadrature, *modes, cases[self.nodes], pressure, self.section.mass_per_area
             )
         except ValueError as error:
             raise StructureRefused(("modes", "pressures"), str(error)) from error
