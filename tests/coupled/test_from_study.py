@@ -52,6 +52,8 @@ def stored(tmp_path):
         residual=-0.03 * by_point,
         split_error=0.01 * by_point,
         recorded=(by_point * G) ** 2 * 900,
+        kurtosis=0.8 * by_point,
+        kurtosis_error=0.1 * by_point,
     )
     beds = [SimulatedBed("P", 4e-5, 6.0, 5e7), SimulatedBed("Q", 5e-5, 7.0, 2e8)]
     path = tmp_path / "estimate.nc"
@@ -70,6 +72,8 @@ def test_the_table_of_points_has_rms_and_its_error(stored):
     assert table["linear_g_rms"].to_numpy() == pytest.approx(np.sqrt(0.75) * rms)
     assert table["recorded_g_rms"].to_numpy() == pytest.approx([30.0, 60.0])
     assert table["residual_db"].to_numpy() == pytest.approx(10 * np.log10(np.exp([-0.03, -0.06])))
+    assert table["excess_kurtosis"].to_numpy() == pytest.approx([0.8, 1.6])
+    assert table["excess_kurtosis_error"].to_numpy() == pytest.approx([0.1, 0.2])
     assert table["runs"].tolist() == [3, 3]
 
 

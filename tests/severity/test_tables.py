@@ -8,11 +8,13 @@ import pytest
 import xarray as xr
 
 from pidpanel.severity.fatigue import FatigueLine
+from pidpanel.severity.kurtosis import transformed
 from pidpanel.severity.strength import LayerStrength
 from pidpanel.severity.tables import (
     COLUMNS,
     CORE,
     STRESSES,
+    Kurtosis,
     PointMotion,
     fatigue_rows,
     index_maps,
@@ -32,7 +34,14 @@ def table(name, rows):
 
 def motion(psd, *, points=("P",), error=ERROR):
     values = np.outer(np.full(FREQUENCY.size, psd), np.ones(len(points)))
-    return PointMotion(WHERE, list(points), FREQUENCY, values, np.full(len(points), error))
+    return PointMotion(
+        WHERE,
+        list(points),
+        FREQUENCY,
+        values,
+        np.full(len(points), error),
+        Kurtosis.gaussian(len(points)),
+    )
 
 
 def stress_of(level, layers=("top", "bottom")):
@@ -53,9 +62,11 @@ def test_the_error_of_damage_is_what_a_stress_larger_by_its_error_does(exponent)
     error = pd.Series(0.01 * np.arange(1.0, len(places) + 1), places)
     line = FatigueLine(100e6, 1e6, exponent)
 
-    def rows(level, seconds=60.0):
+    def rows(level, seconds=60.0, kurtosis=Kurtosis.gaussian(2)):  # noqa: B008
         stress = stress_of(level)
-        return table("fatigue", fatigue_rows(WHERE, stress, FREQUENCY, error, line, seconds))
+        return table(
+            "fatigue", fatigue_rows(WHERE, stress, FREQUENCY, error, line, seconds, kurtosis)
+        )
 
     stated = rows(1e8)
     assert set(stated["point"]) == {"P1"} and len(stated) == 8  # what does not move has no row
@@ -85,6 +96,28 @@ def test_a_peak_is_that_of_the_rms_with_its_error():
     assert rows["peak_g"] == pytest.approx((root + 0.5772156649 / root) * math.sqrt(0.048))
     assert rows["peak_error_g"] == pytest.approx(ERROR * rows["peak_g"])
     assert not list(peak_rows(motion(0.0), 60.0))
+
+
+def test_bursts_raise_peaks_and_damage_where_the_records_have_them():
+    bursts = Kurtosis(np.array([0.0, 1.4]), np.array([0.0, 0.3]))
+    psd = motion(1e-4, points=("P0", "P1"), error=0.0)._replace(kurtosis=bursts)
+    calm, loud = list(peak_rows(psd, 60.0))
+    largest = calm["peak_g"] / calm["acceleration_rms_g"]
+    assert loud["peak_g"] == pytest.approx(calm["peak_g"] * transformed(largest, 1.4) / largest)
+    ends = [transformed(largest, 1.4 + sign * 0.3) for sign in (1, -1)]
+    error = (ends[0] - ends[1]) / 2 * loud["acceleration_rms_g"]
+    assert loud["peak_error_g"] == pytest.approx(error)
+    places = pd.MultiIndex.from_product([["P0", "P1"], ["top"], STRESSES])
+    none = pd.Series(0.0, places)
+    line = FatigueLine(100e6, 1e6, 8.0)
+    stress = stress_of(1e8, ("top",))
+    few, many = (
+        table("fatigue", fatigue_rows(WHERE, stress, FREQUENCY, none, line, 60.0, kurtosis))
+        for kurtosis in (Kurtosis.gaussian(2), bursts)
+    )
+    ratio = many["damage_dirlik"] / few["damage_dirlik"]
+    assert ratio.between(4, 20).all()  # 4.8 at b = 8 was measured for an excess of 0.9
+    assert (many["damage_log_error"] > 0.2).all() and (few["damage_log_error"] == 0).all()
 
 
 def three_sigmas():

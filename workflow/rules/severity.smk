@@ -10,6 +10,7 @@ if STUDY.severity is not None:
             stress=rules.response.output.stress,
             stress_table=rules.response.output.stress_table,
             maps=rules.maps.output.maps if HAS_STRENGTH else [],
+            coupled=rules.coupled.output.summary if STUDY.is_coupled else [],
         output:
             oscillators=results("severity/oscillators.csv"),
             peaks=results("severity/peaks.csv"),

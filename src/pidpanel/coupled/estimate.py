@@ -27,6 +27,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, Impedance
 from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
+from pidpanel.coupled.kurtosis import excess_kurtosis
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
 from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants, simulated_psd
@@ -77,6 +78,9 @@ class ScenarioEstimate:
     split_error: Array
     # (p,) mean square of the acceleration of the records, with the own force of few cells [(m/s²)²]
     recorded: Array
+    # (p,) excess kurtosis of the accelerations of the records, and its standard error [1]
+    kurtosis: Array
+    kurtosis_error: Array
 
     def reducible_error(self, bias: float) -> Array:
         """Return the relative error of g rms that further runs reduce, (p,) [1].
@@ -137,6 +141,7 @@ def estimate(
     band_residual, band_excess = _residual(recorded, predicted)
     residual, excess = _residual(recorded.sum(axis=1), predicted.sum(axis=1))
     band_variance = variance(lambda change: variants.band_change(change, edge))
+    kurtosis, kurtosis_error = excess_kurtosis(records)
     return ScenarioEstimate(
         centre=centre,
         patches=[
@@ -153,6 +158,8 @@ def estimate(
         residual=residual,
         split_error=excess,
         recorded=recorded.sum(axis=1).mean(axis=0),
+        kurtosis=kurtosis,
+        kurtosis_error=kurtosis_error,
     )
 
 

@@ -309,6 +309,8 @@ def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
         "log_error": variable("point", estimate.log_error, "1"),
         "residual": variable("point", estimate.residual, "1"),
         "recorded": variable("point", estimate.recorded, "m2 s-4"),
+        "excess_kurtosis": variable("point", estimate.kurtosis, "1"),
+        "excess_kurtosis_error": variable("point", estimate.kurtosis_error, "1"),
     }
 
 
@@ -332,6 +334,8 @@ def estimate_tables(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame
             "linear_g_rms": np.sqrt(linear_squares),
             "recorded_g_rms": recorded,
             "residual_db": DECIBEL * stored["residual"].to_numpy(),
+            "excess_kurtosis": stored["excess_kurtosis"].to_numpy(),
+            "excess_kurtosis_error": stored["excess_kurtosis_error"].to_numpy(),
             "runs": int(stored.attrs["runs"]),
         }
     )

@@ -42,6 +42,7 @@ def severity_section(severity: SeverityResults, inputs: Inputs) -> html.PageSect
         "oscillators": _oscillators(severity.oscillators, drawn, names),
         "peaks": records(with_names(severity.peaks, names)),
         "peak_decimals": common_decimals(severity.peaks["peak_error_g"], 0),
+        "has_kurtosis": bool(severity.peaks["excess_kurtosis_error"].any()),
         "strength": strongest,
         "failed": sum(row["index"] >= 1 for row in strongest),
         "fatigue": damaged,

@@ -22,6 +22,7 @@ from pidpanel.severity.oscillators import miles, natural_frequencies, response_s
 from pidpanel.severity.strength import LayerStrength
 from pidpanel.severity.tables import (
     COLUMNS,
+    Kurtosis,
     PointMotion,
     fatigue_rows,
     index_maps,
@@ -54,9 +55,11 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     oscillators: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
     rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in COLUMNS}
-    for motion in _motions(psd, summary):
+    coupled = files.get("coupled")
+    recorded = None if coupled is None else read_csv(coupled, dtype=NAMES).set_index([*NAMES])
+    for motion in _motions(psd, summary, kurtosis=recorded):
         motion = motion._replace(error=np.nan_to_num(motion.error))
-        where, points, _, values, error = motion
+        where, points, _, values, error, kurtosis = motion
         case_key = tuple(where.values())
         rms = response_spectrum(frequency, values, natural, severity.quality)
         approximate = miles(frequency, values, natural, severity.quality)
@@ -74,8 +77,9 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
         if line is not None:
             relative_error = stress_values["relative_error"].fillna(0.0)
             rows["fatigue"] += fatigue_rows(
-                where, stress.sel(where), frequency, relative_error, line, severity.duration_s
-            )
+                where, stress.sel(where), frequency, relative_error, line,
+                severity.duration_s, kurtosis,
+            )  # fmt: skip
     write_csv(output.oscillators, pd.concat(oscillators))
     write_csv(output.peaks, pd.DataFrame(peaks))
     for name, header in COLUMNS.items():
@@ -152,9 +156,15 @@ def strengths(section: Strengths | None) -> tuple[LayerStrength | None, tuple[fl
 
 
 def _motions(
-    psd: xr.Dataset, summary: pd.DataFrame, unknown: Sequence[str] = ()
+    psd: xr.Dataset,
+    summary: pd.DataFrame,
+    unknown: Sequence[str] = (),
+    kurtosis: pd.DataFrame | None = None,
 ) -> Iterator[PointMotion]:
-    """Yield the motion in each scenario with a response; ``summary`` is by scenario and point."""
+    """Yield the motion in each scenario with a response.
+
+    ``summary`` and ``kurtosis``, that of ``coupled/summary.csv``, are by scenario and point.
+    """
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
     points = [str(name) for name in psd["point"].to_numpy()]
     for scenario in psd["scenario"].to_numpy().tolist():
@@ -164,4 +174,10 @@ def _motions(
             error = relative.loc[where["scenario"]].reindex(points).to_numpy()
             error = np.where(scenario in unknown, np.nan, error)
             psd_g = values / STANDARD_GRAVITY**2
-            yield PointMotion(where, points, psd["frequency"].to_numpy(), psd_g, error)
+            excess = Kurtosis.gaussian(len(points))
+            if kurtosis is not None and where["scenario"] in kurtosis.index:
+                rows = kurtosis.loc[where["scenario"]].reindex(points)
+                excess = Kurtosis(
+                    *(rows[f"excess_kurtosis{end}"].to_numpy() for end in ("", "_error"))
+                )
+            yield PointMotion(where, points, psd["frequency"].to_numpy(), psd_g, error, excess)

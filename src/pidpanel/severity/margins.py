@@ -63,7 +63,7 @@ def rms_rows(summary: pd.DataFrame, limits: Mapping[str, float]) -> pd.DataFrame
 
 def band_rows(motion: PointMotion, limits: Mapping[str, BreakPoints]) -> Iterator[tuple[Any, ...]]:
     """Yield a row per point with a limit [g²/Hz] and third octave: means of the PSD and of it."""
-    where, points, frequency, psd, error = motion
+    where, points, frequency, psd, error, _ = motion
     for index, point in enumerate(points):
         limit = limits.get(point)
         if limit is None:

@@ -5,8 +5,8 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
@@ -14,6 +14,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
+from pidpanel.severity.kurtosis import damage_factor, transformed
 from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
 from pidpanel.severity.strength import (
     LayerStrength,
@@ -28,6 +29,23 @@ CORE = "core"
 PLACE = ("scenario", "point")  # first columns of every table, which identify a row
 
 
+class Kurtosis(NamedTuple):
+    """Excess kurtosis of the accelerations at the points; 0 where nothing is known of it."""
+
+    value: Array  # (n_points,) [1]
+    error: Array  # standard error
+
+    @classmethod
+    def gaussian(cls, count: int) -> Self:
+        """Return that of Gaussian motions."""
+        return cls(np.zeros(count), np.zeros(count))
+
+    def spread(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
+        """Return a function of the excess, and its standard error."""
+        ends = function(self.value + self.error), function(self.value - self.error)
+        return function(self.value), (ends[0] - ends[1]) / 2
+
+
 class PointMotion(NamedTuple):
     """Motion of the points in a case."""
 
@@ -36,13 +54,15 @@ class PointMotion(NamedTuple):
     frequency: Array  # (nf,) [Hz]
     psd: Array  # (nf, n_points) [g²/Hz]
     error: Array  # (n_points,) of the rms, relative
+    kurtosis: Kurtosis
 
 
 def peak_rows(motion: PointMotion, duration: float) -> Iterator[dict[str, Any]]:
     """Yield a row per point that moves."""
-    where, points, frequency, psd, error = motion
+    where, points, frequency, psd, error, kurtosis = motion
     rate = zero_crossing_rate(frequency, psd)
-    factor = peak_factor(rate, duration)
+    gaussian = peak_factor(rate, duration)
+    factor, factor_error = kurtosis.spread(lambda excess: transformed(gaussian, excess))
     rms = np.sqrt(spectral_moment(frequency, psd, 0))
     for index, point in enumerate(points):
         if rms[index] > 0:
@@ -53,7 +73,9 @@ def peak_rows(motion: PointMotion, duration: float) -> Iterator[dict[str, Any]]:
                 "three_sigma_g": 3 * rms[index],
                 "zero_crossings_hz": rate[index],
                 "peak_g": factor[index] * rms[index],
-                "peak_error_g": factor[index] * rms[index] * error[index],
+                "peak_error_g": rms[index] * np.hypot(factor * error, factor_error)[index],
+                "excess_kurtosis": kurtosis.value[index],
+                "excess_kurtosis_error": kurtosis.error[index],
             }
 
 
@@ -70,6 +92,7 @@ def fatigue_rows(
     relative_error: pd.Series,
     line: FatigueLine,
     duration: float,
+    kurtosis: Kurtosis,
 ) -> Iterator[tuple[Any, ...]]:
     """Yield a row of fatigue damage per point, layer and stress.
 
@@ -83,6 +106,8 @@ def fatigue_rows(
         Relative errors of the rms stresses, by point, layer and quantity [1].
     line, duration
         S-N line of the material, and time of exposure [s].
+    kurtosis
+        That of the accelerations, which the stresses at the points are taken to have.
     """
     points, layers = (stress[axis].to_numpy().astype(str).tolist() for axis in ("point", "layer"))
     for quantity in STRESSES:
@@ -91,12 +116,24 @@ def fatigue_rows(
         rate = zero_crossing_rate(frequency, psd)
         dirlik = dirlik_damage_rate(frequency, psd, line)
         narrow_band = narrow_band_damage_rate(frequency, psd, line)
+        largest = peak_factor(rate, duration)
+        factor, factor_error = _damage_factors(line, kurtosis, largest)
         for (p, point), (n, layer) in itertools.product(enumerate(points), enumerate(layers)):
             if rms[p, n] > 0:
-                values = (rms, rate, duration * dirlik, duration * narrow_band)
+                values = (rms, rate, duration * factor * dirlik, duration * factor * narrow_band)
                 numbers = [float(value[p, n]) for value in values]
                 error = line.exponent * math.log1p(relative_error[point, layer, quantity])
+                error = math.hypot(error, factor_error[p, n])
                 yield (*where.values(), point, layer, quantity, *numbers, error)
+
+
+def _damage_factors(line: FatigueLine, kurtosis: Kurtosis, largest: Array) -> tuple[Array, Array]:
+    """Return the factors of damage and the errors of their logarithms, by point and layer."""
+    by_layer = Kurtosis(kurtosis.value[:, None], kurtosis.error[:, None])
+    logarithm, error = by_layer.spread(
+        lambda excess: np.log(damage_factor(line.exponent, excess, largest))
+    )
+    return np.exp(logarithm), error
 
 
 STRENGTH_COLUMNS = (
