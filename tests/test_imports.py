@@ -31,7 +31,7 @@ ALLOWED = {
     "damping": SHARED,
     "modal_files": {"geometry", "nastran"},
     "panel": SHARED | {"nastran"},
-    "shell": SHARED | {"panel"},
+    "shell": SHARED | {"panel", "nastran"},
     "sound": SHARED,
     "solve": {"geometry", "panel", "spectra"},
     "structure": SHARED | {"panel", "shell", "modal_files", "solve"},

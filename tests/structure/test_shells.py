@@ -1,8 +1,11 @@
 """Shells that are meshed here: a flat one is a panel, a reflector is that of another solver."""
 
 import numpy as np
+import pytest
 
 from pidpanel import Model
+from pidpanel.structure.from_study import structure_of
+from pidpanel.study import StudyError
 from tests.structures import COMMON, PANEL
 
 SANDWICH = {
@@ -72,3 +75,58 @@ def test_base_motion_along_the_normal_is_that_of_a_panel_and_a_slanted_one_its_c
     slanted = {**base, "direction": [np.sqrt(3), 0, 1]}
     found = peaks({"name": "shell", "structure": shell, **common, "base": slanted})
     np.testing.assert_allclose(found / straight, 0.5, rtol=1e-6)
+
+
+def two_parts(**changed):
+    """The flat shell in two halves, along x."""
+    halves = {
+        "left": [[0, 0, 1], [0.75, 0, 1], [0.75, 1, 1], [0, 1, 1]],
+        "right": [[0.75, 0, 1], [1.5, 0, 1], [1.5, 1, 1], [0.75, 1, 1]],
+    }
+    return flat_shell(form={"kind": "panels", "corners_m": halves}, **changed)
+
+
+def panel_of(structure):
+    study = {"name": "shell", "structure": structure, **COMMON}
+    study["sound"] = {**COMMON["sound"], "surroundings": "free"}
+    return structure_of(Model(study).study.panel)
+
+
+def test_parts_with_one_section_are_the_whole_and_with_two_they_are_symmetric():
+    heavy = {**SANDWICH, "faces": [{"material": "skin", "thickness_mm": 0.5}]}
+    whole = panel_of(flat_shell()).first_frequency
+    same = panel_of(two_parts(parts={"right": {"section": SANDWICH}}))
+    np.testing.assert_allclose(same.first_frequency, whole, rtol=5e-4)
+    left, right = (
+        panel_of(two_parts(parts={side: {"section": heavy}})) for side in ("left", "right")
+    )
+    np.testing.assert_allclose(left.first_frequency, right.first_frequency, rtol=5e-4)
+    assert abs(left.first_frequency[0] / whole[0] - 1) > 0.02
+    # the mean of 2 (ρ t) of the faces
+    difference = left.section.mass_per_area - same.section.mass_per_area
+    np.testing.assert_allclose(difference, 2700 * 2 * 0.2e-3 / 2, rtol=1e-9)
+
+
+def test_the_axis_of_a_part_is_the_turn_of_its_section():
+    core = {"thickness_mm": 20, "shear_modulus_l_mpa": 200, "shear_modulus_w_mpa": 40,
+            "density_kg_m3": 30}  # fmt: skip
+    along = {**SANDWICH, "core": {**core, "ribbon_deg": 90}}
+    by_angle = panel_of(two_parts(parts={"left": {"section": along}}))
+    by_axis = panel_of(
+        two_parts(parts={"left": {"section": {**SANDWICH, "core": core}, "axis": [0, 1, 0]}})
+    )
+    np.testing.assert_allclose(by_axis.first_frequency, by_angle.first_frequency, rtol=1e-9)
+
+
+def test_an_unknown_part_is_refused():
+    with pytest.raises(StudyError, match=r"parts\.middle.*must be one of left, right"):
+        panel_of(two_parts(parts={"middle": {"section": SANDWICH}}))
+
+
+def test_strengths_of_several_sections_are_refused():
+    study = {
+        "name": "shell", "structure": two_parts(parts={"left": {"section": SANDWICH}}), **COMMON,
+        "severity": {"duration_s": 60, "strength": {"core": {"shear_xz_mpa": 1, "shear_yz_mpa": 1}}},
+    }  # fmt: skip
+    with pytest.raises(StudyError, match=r"severity\.strength.*stresses are not computed"):
+        Model(study)

@@ -14,14 +14,15 @@ import numpy as np
 import yaml
 
 from pidpanel.cli.mesh_draft import MeshDraft
-from pidpanel.cli.structure_draft import StructureDraft, modes_draft
+from pidpanel.cli.shell_draft import is_flat, shell_draft
+from pidpanel.cli.structure_draft import DECKS, StructureDraft, modes_draft
 from pidpanel.columns import read_rows
 from pidpanel.damping.laws import FREQUENCY_RANGE
 from pidpanel.paths import DATA, TEMPLATES, WORKFLOW
 from pidpanel.sound.table import read_spectrum
 from pidpanel.structure.any_structure import StructureRefused
 from pidpanel.structure.from_study import studied
-from pidpanel.study import Study, StudyError, load_study
+from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
 from pidpanel.study.requirements import DEPTH, WIDTH
 from pidpanel.study.section import core_cell_width_mm
@@ -52,14 +53,15 @@ class Draft(SimpleNamespace):
 
     @cached_property
     def structure(self) -> StructureDraft | None:
-        """What a file of modes gives; None without one."""
-        if self.modes is None:
-            return None
+        """What a file of modes gives, or a deck that is not flat; None without one."""
+        options = self.unit_m, self.groups, self.written
         try:
-            return modes_draft(
-                self.modes, self.mesh, self.unit_m, self.groups, self.written,
-                is_normalised=self.mass_normalised,
-            )  # fmt: skip
+            if self.modes is not None:
+                scale = self.mass_normalised
+                return modes_draft(self.modes, self.mesh, *options, is_normalised=scale)
+            if self.mesh is None or self.mesh.suffix.lower() not in DECKS:
+                return None
+            return None if is_flat(self.mesh, self.groups) else shell_draft(self.mesh, *options)
         except ValueError as error:
             raise StudyError(str(error)) from None
 
@@ -140,9 +142,9 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     try:
         if draft.structure is not None:
-            _write_text(file, _values(draft, file), 0.0)
-            study = load_study(file)
-            _check_structure(study)
+            values = _values(draft, file)
+            while not _is_fine(file, values):
+                values["high"] = _rounded(SHORTER * values["high"])
             return
         values = _values(draft, file)
         last = FINER if draft.deck is None else REFINED
@@ -168,12 +170,17 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
         raise
 
 
-def _check_structure(study: Study) -> None:
-    """Refuse a structure that cannot be computed, in one line with its key."""
+def _is_fine(file: Path, values: Mapping[str, Any]) -> bool:
+    """Write a structure; return whether its elements resolve the waves, refuse other mistakes."""
+    _write_text(file, values, 0.0)
+    study = load_study(file)
     try:
         studied(study.panel).check(study.response.frequency_hz[1], study.damper_masses())
     except StructureRefused as refused:
+        if refused.keys == ("shell", "size_m") and SHORTER * values["high"] > 2 * values["low"]:
+            return False
         raise StudyError(f"structure.{'.'.join(refused.keys)}: {refused}") from None
+    return True
 
 
 def _write_text(file: Path, values: Mapping[str, Any], element: float) -> None:
@@ -204,8 +211,9 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     if draft.has_law:
         low, high = max(low, FREQUENCY_RANGE[0]), min(high, FREQUENCY_RANGE[1])
     if draft.structure is not None:
-        step = 10.0 ** np.floor(np.log10(draft.structure.highest) - 1)
-        high = min(high, float(step * np.floor(draft.structure.highest / step)))
+        if (highest := draft.structure.highest) < high:
+            step = 10.0 ** np.floor(np.log10(highest) - 1)
+            high = float(step * np.floor(highest / step))
         if high <= low:
             last = draft.structure.highest
             raise StudyError(f"--modes {draft.modes}: end too low, for a response to {last:.4g} Hz")
@@ -223,7 +231,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
             else:  # cells stand on it
                 draft.thickness_mm = max(draft.laminate["thickness_mm"], DEPTH_MM)
     a, b = draft.size
-    second = "quarter" if draft.structure is None else "antinode"
+    second = "quarter" if draft.structure is None else draft.structure.second
     patch = _rounded(0.2 * min(a, b))
     return {
         **vars(draft),

@@ -50,7 +50,7 @@ class MeshDraft(NamedTuple):
                 return cls.of_file(file, 1e-3)
             return cls(mesh, unit or 1.0, supports=_supports({}, mesh, is_thin=False))
         deck = checked_deck(file, groups=groups)
-        unit = unit or _unit(deck)
+        unit = unit or unit_of_deck(deck)
         mesh = flat_mesh(deck, unit, groups)
         components, remarks = deck.constraints()
         fixed, oblique = _held_across(deck, mesh, components)
@@ -114,7 +114,7 @@ def unit_of_materials(deck: Deck) -> float | None:
     return max(possible, key=possible.count) if possible else None
 
 
-def _unit(deck: Deck) -> float:
+def unit_of_deck(deck: Deck) -> float:
     """Return the unit of the materials of a deck, or by its extent [m]."""
     extent = np.ptp(deck.position, axis=0).max() if len(deck.position) else 0.0
     return unit_of_materials(deck) or (1e-3 if extent > LONGEST else 1.0)

@@ -33,6 +33,7 @@ class StructureDraft(NamedTuple):
     is_closed: bool  # whether its surface has no edges
     text: str
     remarks: Sequence[str]
+    second: str = "antinode"  # name of the second patch
 
 
 def modes_draft(

@@ -113,18 +113,37 @@ class Deck:
                     raise ValueError(f"{card.place}: {name}: {error}") from None
         return pairs
 
+    def chosen(self, groups: Sequence[str] = ()) -> Index:
+        """Return the places of the shells of groups, all without any."""
+        if not self.shells.number.size:
+            raise ValueError(f"{self.path}: no CTRIA3 or CQUAD4; a mesh needs one")
+        for name in groups:
+            if name not in self.groups:
+                names = ", ".join(list(self.groups)[:20])
+                raise ValueError(f"{self.path}: has no group {name}; it has {names}")
+        if not groups:
+            return np.arange(len(self.shells.number))
+        return np.unique(np.concatenate([self.groups[name] for name in groups]))
+
+    def corners(self, chosen: Index) -> Index:
+        """Return the rows of the corners (n, 4) of shells; triangles repeat the third."""
+        tables = [self.shells.corners[k][: SHELLS[self.shells.kind[k]][0]] for k in chosen.tolist()]
+        numbers = np.array([(*nodes[:3], nodes[-1]) for nodes in tables], dtype=np.int64)
+        order = np.argsort(self.node)
+        rows = np.minimum(np.searchsorted(self.node, numbers, sorter=order), len(order) - 1)
+        if (missing := self.node[order[rows]] != numbers).any():
+            element, node = self.shells.number[chosen][missing.any(axis=1)][0], numbers[missing][0]
+            raise ValueError(f"{self.path}: element {element}: node {node} is missing")
+        return np.asarray(order[rows])
+
     def material_axes(self, chosen: Index) -> tuple[Array, Array]:
         """Return normals (n, 3) of shells, and the x axes (n, 3) of their materials.
 
         Without MCID an axis is the side from the first to the second corner, turned by THETA.
         """
-        order = np.argsort(self.node)
-        rows = np.array([self.shells.corners[k][:3] for k in chosen], dtype=np.int64).reshape(-1, 3)
-        a, b, c = self.position[order[np.searchsorted(self.node[order], rows)]].transpose(1, 0, 2)
-        last = [self.shells.corners[k][3 if "QUAD" in self.shells.kind[k] else 0] for k in chosen]
-        d = self.position[order[np.searchsorted(self.node[order], last)]]
-        normal = np.cross(c - a, d - b)
-        normal[(d == a).all(axis=1)] = np.cross(b - a, c - a)[(d == a).all(axis=1)]
+        a, b, c, d = self.position[self.corners(chosen)].transpose(1, 0, 2)
+        is_triangle = (d == c).all(axis=1)[:, None]
+        normal = np.cross(c - a, np.where(is_triangle, a, d) - b)
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         side = b - a
         for number in np.unique(self.shells.system[chosen]).tolist():
@@ -204,15 +223,15 @@ class _Reader:
         ))  # fmt: skip
 
 
-def read_deck(path: Path) -> Deck:
-    """Read a deck and the files that it includes.
+def read_deck(path: Path, *, is_whole: bool = False) -> Deck:
+    """Read a deck and the files that it includes; a whole one with its `PROPOSED` cards.
 
     Raises
     ------
     ValueError
         In one line, the first mistake: file, line, card, what is allowed.
     """
-    deck, faults = deck_and_faults(path)
+    deck, faults = deck_and_faults(path, is_whole=is_whole)
     if faults:
         raise ValueError(faults[0] + (f"; {len(faults)} such lines" if len(faults) > 1 else ""))
     return deck

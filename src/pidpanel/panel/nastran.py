@@ -89,15 +89,7 @@ def checked_deck(
 def flat_mesh(deck: Deck, unit: float, groups: Sequence[str] = ()) -> FlatMesh:
     """Return the flat mesh of a deck; see `read_nastran`."""
     shells = deck.shells
-    if not shells.number.size:
-        raise ValueError(f"{deck.path}: no CTRIA3 or CQUAD4; a mesh needs one")
-    chosen = np.arange(len(shells.number))
-    if groups:
-        for name in groups:
-            if name not in deck.groups:
-                names = ", ".join(list(deck.groups)[:20])
-                raise ValueError(f"{deck.path}: has no group {name}; it has {names}")
-        chosen = np.unique(np.concatenate([deck.groups[name] for name in groups]))
+    chosen = deck.chosen(groups)
     place = {k: row for row, k in enumerate(chosen.tolist())}
     parts = {
         name: [place[k] for k in members if k in place] for name, members in deck.groups.items()

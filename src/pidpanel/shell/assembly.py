@@ -42,7 +42,7 @@ class AssembledShell(AssembledPlate):
 
     # Maps positions (n_positions, 3) [m] to three arrays (n_positions, n): motion along x, y, z.
     displacement: Callable[[Array], Components] | None = None
-    # Of the first section, for the six rows of `curvature_at_vertices`; see `Layup.layers`
+    # For the six rows of `curvature_at_vertices`, see `Layup.layers`; none of several sections
     layers: tuple[Layer, ...] = ()
     vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
     total_mass: float = 0.0  # [kg]
@@ -252,7 +252,7 @@ class _Shell:
             quadrature_normal=frame.axes[:, :, 2].reshape(-1, 3),
             at_quadrature=w,
             curvature_at_vertices=(*strain[3:6], *(part / layup.half for part in strain[:3])),
-            layers=layup.layers,
+            layers=layup.layers if all(part == layup for part, _ in self.parts) else (),
             shear_at_vertices=strain[6:],
             motion_at_vertices=motion,
             vertex_normal=normal,

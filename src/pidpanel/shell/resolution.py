@@ -19,6 +19,10 @@ from pidpanel.shell.strains import Layup, frames
 
 EDGE = 0.35  # length of edges over the shortest wave of bending
 FLAT = 1e-6  # extent over the radius of a flat surface, by rounding
+KINK = 0.35  # angle between facets [rad] above which an edge is a kink
+# Distance of a surface from its facets over the thickness: 0.16 made frequencies of a cylinder 1 %
+# too low, 0.07 0.3 %.
+MOST_BULGE = 0.07
 LAYER = 3.0  # length of edges over √(R h), the depth of the layers along the edges of thin shells
 # Share of the difference of both orders that is left, and what singular places add at most.
 SMOOTH, SINGULAR, SINGULAR_MOST = 0.33, 1.0, 2e-3
@@ -42,8 +46,7 @@ def element_size(layup: Layup, highest: float, radius: float = np.inf) -> float:
     inertia = layup.density[0] * (2 * np.pi * highest) ** 2
     shear = inertia / (2 * S)
     wave = 2 * np.pi / np.sqrt(shear + np.sqrt(shear**2 + inertia / D))
-    thickness = np.sqrt(12 * D / max(C[0, 0], C[1, 1]))
-    return float(min(EDGE * wave, LAYER * np.sqrt(radius * thickness)))
+    return float(min(EDGE * wave, LAYER * np.sqrt(radius * bending_thickness(layup))))
 
 
 def smallest_radius(mesh: ShellMesh) -> float:
@@ -52,6 +55,38 @@ def smallest_radius(mesh: ShellMesh) -> float:
     bend = frames(mesh, 1, middle, np.arange(len(mesh.cells)), None).curvature
     largest = float(np.abs(np.linalg.eigvalsh((bend + bend.swapaxes(2, 3)) / 2)).max())
     return 1 / largest if largest > FLAT / mesh.extent else np.inf
+
+
+def bulge(mesh: ShellMesh) -> float:
+    """Return how far a smooth surface stands off the flat facets of a mesh [m]; 0 of curved ones.
+
+    Two facets that meet at an angle θ are chords of an arc, off by θ h/8 with h across their edge.
+    Edges of more than `KINK` are kinks of the structure.
+    """
+    if mesh.order > 1:
+        return 0.0
+    corners = mesh.vertices[mesh.cells]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sides = mesh.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    _, edge, count = np.unique(
+        np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    order = np.argsort(edge.ravel(), kind="stable")
+    pairs = order[count[edge.ravel()[order]] == 2].reshape(-1, 2)
+    twice_area = np.linalg.norm(normal, axis=1)
+    unit = (normal / twice_area[:, None])[pairs // 3]
+    angle = np.arcsin(np.clip(np.linalg.norm(np.cross(unit[:, 0], unit[:, 1]), axis=1), 0, 1))
+    length = np.linalg.norm(np.diff(mesh.vertices[sides[pairs[:, 0]]], axis=1)[:, 0], axis=1)
+    height = twice_area[pairs // 3].mean(axis=1) / length
+    is_smooth = (angle < KINK) & ((unit[:, 0] * unit[:, 1]).sum(axis=1) > 0)
+    return float((angle * height / 8)[is_smooth].max(initial=0.0))
+
+
+def bending_thickness(layup: Layup) -> float:
+    """Return the thickness √(12 D/A) of a plate as stiff in bending and stretching [m]."""
+    C = layup.stiffness
+    reduced = C[3:6, 3:6] - C[3:6, :3] @ np.linalg.solve(C[:3, :3], C[:3, 3:6])
+    return float(np.sqrt(12 * min(reduced[0, 0], reduced[1, 1]) / max(C[0, 0], C[1, 1])))
 
 
 def frequency_shifts(

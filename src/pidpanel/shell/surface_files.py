@@ -6,20 +6,23 @@ So it reads a copy, alone in a folder, with bounded memory and in a process of i
 
 import multiprocessing
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
 
 import gmsh
+import numpy as np
 
+from pidpanel.nastran import read_deck
 from pidpanel.panel.gmsh_reader import MEMORY, MEMORY_PER_BYTE, SECTION, bounded_memory
 from pidpanel.panel.mesh import gmsh_session
 from pidpanel.shell.drawing import Tags, mesh_surface, read_surface
 from pidpanel.shell.mesh import UPWARD, ShellMesh
 from pidpanel.shell.selections import Place, Selection
 
+MOST_FACETS = 4000  # of a deck, which are elements of order 4
 STEP = (".step", ".stp")
 
 
@@ -70,6 +73,49 @@ def read_surface_file(
             except Exception as error:
                 message = " ".join(str(error).split()) or "it states more than it has"
                 raise ValueError(f"{path}: {message}") from None
+
+
+def read_deck_surface(
+    path: Path, unit: float = 1.0, groups: Sequence[str] = (), outward: Place = UPWARD
+) -> ShellMesh:
+    """Read the shells of a Nastran deck as flat triangles; parts are its properties.
+
+    Quadrilaterals are cut along their shorter diagonal, by their corners.
+
+    Parameters
+    ----------
+    unit
+        Length unit of the file [m].
+    groups
+        Those that count; all shells without any.
+
+    Raises
+    ------
+    ValueError
+        With one line: what is wrong and what is allowed.
+    """
+    deck = read_deck(path)
+    chosen = deck.chosen(groups)
+    corners = deck.corners(chosen)
+    position = unit * deck.position
+    a, b, c, d = position[corners].transpose(1, 0, 2)
+    is_quad = corners[:, 3] != corners[:, 2]
+    by_first = np.linalg.norm(a - c, axis=1) <= np.linalg.norm(b - d, axis=1)
+    halves = corners[:, [[0, 1, 2], [0, 2, 3]]], corners[:, [[0, 1, 3], [1, 2, 3]]]
+    cells = np.where((by_first | ~is_quad)[:, None, None], *halves)
+    origin = np.repeat(np.arange(len(chosen)), 2).reshape(-1, 2)
+    keep = np.stack([np.full(len(chosen), True), is_quad], axis=1)
+    if (count := int(keep.sum())) > MOST_FACETS:
+        raise ValueError(f"{path}: {count} triangles; allowed are {MOST_FACETS}: take its modes")
+    used, cells = np.unique(cells[keep], return_inverse=True)
+    mesh = ShellMesh.from_triangles(position[used], cells.reshape(-1, 3), order=1, outward=outward)
+    place = chosen[origin[keep]]
+    parts = {
+        name: np.flatnonzero(np.isin(place, members))
+        for name, members in deck.groups.items()
+        if not name.startswith("SET")
+    }
+    return replace(mesh, part_cells={name: rows for name, rows in parts.items() if rows.size})
 
 
 def _read(

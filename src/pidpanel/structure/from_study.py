@@ -29,7 +29,7 @@ from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, pa
 from pidpanel.shell.mesh import UPWARD, ShellMesh
 from pidpanel.shell.selections import Box, Line, Prism, Ring, Selection, Sphere
 from pidpanel.shell.strains import Layup
-from pidpanel.shell.surface_files import read_surface_file
+from pidpanel.shell.surface_files import read_deck_surface, read_surface_file
 from pidpanel.solve.base_motion import UNIT, Translation
 from pidpanel.structure.any_structure import AnyStructure, Observation, StructureRefused
 from pidpanel.structure.foreign import ForeignStructure
@@ -73,7 +73,11 @@ def structure_of(section: Structure) -> AnyStructure:
     size, outward = shell.size_m, section.outward or UPWARD
     drawn = partial(_drawn, shell, size, imprints(areas, attached), outward)
     layup = Layup(section_of(shell.section), shell.axis)
-    return ShellStructure(areas, points, drawn, layup, attached, size)
+    parts = {
+        name: Layup(section_of(part.section), part.axis or shell.axis)
+        for name, part in shell.parts.items()
+    }
+    return ShellStructure(areas, points, drawn, layup, attached, size, parts)
 
 
 def _foreign(
@@ -98,6 +102,8 @@ def _drawn(
     shell: Shell, size: float, places: list[Selection], outward: tuple[float, float, float]
 ) -> ShellMesh:
     form = shell.form
+    if form.kind == "deck":
+        return read_deck_surface(form.file, form.unit_m, form.groups, outward)
     if form.kind == "file":
         return read_surface_file(form.file, size, places, unit=form.unit_m, outward=outward)
     if form.kind == "paraboloid":
@@ -201,7 +207,12 @@ def write_panel(study: Study, output: Files) -> None:
             solution.plate.with_shapes(solution.vectors),
             solution.mass,
         )
-        section = getattr(solution.plate, "section", None)  # none of modes from a file
+        # none of modes from a file, and of several parts
+        section = (
+            getattr(solution.plate, "section", None)
+            if not (study.panel.shell and study.panel.shell.parts)
+            else None
+        )
     else:
         panel = StudiedPanel(study.panel)
         basis, stored = _solved_panel(study, panel, output.mesh)

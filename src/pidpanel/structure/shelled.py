@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,14 @@ from pidpanel.panel.modes import first_modes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.shell.assembly import AssembledShell, Attached, assemble_shell
 from pidpanel.shell.mesh import ShellMesh
-from pidpanel.shell.resolution import element_size, frequency_shifts, smallest_radius
+from pidpanel.shell.resolution import (
+    MOST_BULGE,
+    bending_thickness,
+    bulge,
+    element_size,
+    frequency_shifts,
+    smallest_radius,
+)
 from pidpanel.shell.selections import Selection
 from pidpanel.shell.strains import Layup
 from pidpanel.structure.any_structure import (
@@ -42,6 +49,7 @@ class ShellStructure(AnyStructure):
     layup: Layup
     attached: Mapping[str, Attached]
     size: float  # length of the edges of elements [m]
+    parts: Mapping[str, Layup] = field(default_factory=dict)  # sections of parts by name
 
     @cached_property
     def shell(self) -> ShellMesh:
@@ -90,14 +98,28 @@ class ShellStructure(AnyStructure):
         return np.array(list(self.shell.points.values()), dtype=float).reshape(-1, 3)
 
     @property
+    def layups(self) -> dict[str, Layup]:
+        """Section of each part of the mesh."""
+        cells = self.shell.part_cells
+        if unknown := [name for name in self.parts if name not in cells]:
+            message = f"no part; must be one of {', '.join(cells)}"
+            raise StructureRefused(("shell", "parts", unknown[0]), message)
+        return {name: self.parts.get(name, self.layup) for name in cells}
+
+    @property
     def section(self) -> SurfaceSection:
-        """Mass per area of the section alone."""
-        return SurfaceSection(self.layup.section.mass_per_area)
+        """Mass per area of the sections alone, the mean."""
+        area, cells = self.surface.area, self.shell.part_cells
+        masses = (
+            layup.section.mass_per_area * area[cells[name]].sum()
+            for name, layup in self.layups.items()
+        )
+        return SurfaceSection(float(sum(masses) / area.sum()))
 
     @cached_property
     def first_frequency(self) -> Array:
         """First natural frequencies [Hz] but for rigid motions, on rougher elements."""
-        shell = assemble_shell(self.shell, self.layup, self.attached, order=3)
+        shell = assemble_shell(self.shell, self.layups, self.attached, order=3)
         _, frequency, _ = first_modes(shell, FIRST + RIGID)
         return frequency[frequency > RIGID_SHARE * frequency.max()][:FIRST]
 
@@ -108,10 +130,17 @@ class ShellStructure(AnyStructure):
 
     def check(self, highest: float, damper_mass: dict[str, float] | None = None) -> None:
         """Refuse what cannot be computed (`StructureRefused`)."""
-        longest = LONGEST * element_size(self.layup, highest, smallest_radius(self.shell))
+        radius = smallest_radius(self.shell)
+        sizes = [element_size(layup, highest, radius) for layup in self.layups.values()]
+        longest = LONGEST * min(sizes)
         if self.size > longest:
             message = f"must be at most {longest:.2g} for responses up to {highest:g} Hz"
             raise StructureRefused(("shell", "size_m"), message)
+        thinnest = min(map(bending_thickness, self.layups.values()))
+        if (off := bulge(self.shell)) > MOST_BULGE * thinnest:
+            message = f"its flat facets are up to {1e3 * off:.2g} mm off a smooth surface, at most "
+            allowed = f"{1e3 * MOST_BULGE * thinnest:.2g} mm is allowed; mesh it finer"
+            raise StructureRefused(("shell", "form"), message + allowed)
         super().check(highest, damper_mass)
 
     def solve(
@@ -119,11 +148,11 @@ class ShellStructure(AnyStructure):
     ) -> SolvedStructure:
         """Return the basis with modes to twice the frequency, and what the dampers need."""
         try:
-            shell = self._with_directions(assemble_shell(self.shell, self.layup, self.attached))
+            shell = self._with_directions(assemble_shell(self.shell, self.layups, self.attached))
         except ValueError as error:
             raise StructureRefused(("shell",), str(error)) from error
         shapes = panel_shapes(shell, MODES_BEYOND * highest, damper_mass=damper_mass)
-        shift = frequency_shifts(self.shell, self.layup, self.attached, frequency=shapes.frequency)
+        shift = frequency_shifts(self.shell, self.layups, self.attached, frequency=shapes.frequency)
         plate = in_plane(self, shell)
         residual_shift = np.full(len(shapes.residual_frequency), shift.max(initial=0.0))
         basis = replace(

@@ -241,6 +241,10 @@ def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
     has_core = study.panel.section.kind == "sandwich"
     if severity.strength is not None and severity.strength.core is not None and not has_core:
         yield Mistake(("severity", "strength", "core"), "only allowed with a sandwich section")
+    is_divided = isinstance(study.panel, Structure) and study.panel.has_parts
+    if severity.strength is not None and is_divided:
+        message = "not allowed with structure.shell.parts, whose stresses are not computed"
+        yield Mistake(("severity", "strength"), message)
 
 
 def mistakes_of_limits(study: Study) -> Iterator[Mistake]:

@@ -14,7 +14,14 @@ from pidpanel.study.quantity import Quantity
 from pidpanel.study.section import Section
 from pidpanel.study.units import InSI
 
+DECKS = (".bdf", ".dat", ".nas", ".fem", ".blk")  # in any case
 SURFACE_SUFFIXES = (".msh", ".step", ".stp")  # in any case
+
+
+def _check_deck(file: Path) -> Path:
+    if file.suffix.lower() not in DECKS:
+        raise ValueError(f"must end in one of {', '.join(DECKS)}")
+    return file
 
 
 def _check_suffix(file: Path) -> Path:
@@ -75,7 +82,20 @@ class SurfaceFile(SectionModel):
     """Length unit of a .msh file [m]; a STEP file states its own."""
 
 
-Form = Annotated[Paraboloid | CylinderPanel | FlatPanels | SurfaceFile, *by_kind()]
+class DeckSurface(SectionModel):
+    """The shells of a Nastran deck, as they are meshed there."""
+
+    kind: Literal["deck"]
+    """The shells of a deck."""
+    file: Annotated[Path, AfterValidator(_check_deck), file_in()]
+    """Nastran bulk data: .bdf, .dat, .nas, .fem or .blk. Its facets are flat."""
+    unit_m: Annotated[float, Quantity(1e-6, 1)] = 1.0
+    """Length unit of the file [m]."""
+    groups: tuple[Text, ...] = ()
+    """Properties (``"12"``) and sets (``SET 7``) that count; all shells by default."""
+
+
+Form = Annotated[Paraboloid | CylinderPanel | FlatPanels | SurfaceFile | DeckSurface, *by_kind()]
 
 
 class ShellSupportInput(SectionModel):
@@ -148,6 +168,15 @@ class StiffenerInput(SectionModel):
     youngs_modulus: ClassVar = InSI("youngs_modulus_gpa")
 
 
+class PartInput(SectionModel):
+    """The section of a part of a shell."""
+
+    section: Section
+    """Mass and stiffness through the thickness."""
+    axis: Along | None = None
+    """Direction (x, y, z) of the x axis of the section; by default that of the shell."""
+
+
 class Shell(SectionModel):
     """A shell that is meshed here."""
 
@@ -160,6 +189,9 @@ class Shell(SectionModel):
     size_m: Size
     """Length of the edges of elements [m], of order 4: a third of the shortest wave, which
     ``pidpanel check`` states where it is longer."""
+    parts: Mapping[str, PartInput] = {}
+    """Sections of parts, by the name of the panel, physical surface, face or property; others have
+    ``section``. Stresses are not computed with them."""
     supports: Mapping[str, ShellSupportInput] = {}
     """Supports, by name."""
     feet: Mapping[str, Foot] = {}

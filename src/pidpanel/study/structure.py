@@ -114,6 +114,11 @@ class Structure(SectionModel):
                     yield Mistake((key,), "only allowed with modes")
 
     @property
+    def has_parts(self) -> bool:
+        """Whether it has several sections."""
+        return self.shell is not None and bool(self.shell.parts)
+
+    @property
     def modal_damping(self) -> DampingRatio:
         """ζ of the modes; `ColumnsError` if its file has faults."""
         return damping_ratio_of(self.damping_ratio)
