@@ -178,6 +178,14 @@ def test_elements_of_a_coarse_deck_are_divided_until_a_run_can_use_them(drafted,
     assert "about" in capsys.readouterr().out
 
 
+def test_a_deck_too_coarse_for_all_of_the_sound_is_computed_as_far_as_it_goes(drafted):
+    text = deck(unit=1.0).split("PCOMP")[0]
+    panel = drafted(f"{text}PSHELL,7,1,0.0001,1\nMAT1,1,7.+10,,.33,2700.\nENDDATA\n")
+    assert panel.mesh.refine == 4
+    highest = load_study("mine.yaml").response.frequency_hz[1]
+    assert 60 < highest < 2000
+
+
 def test_a_deck_that_cannot_be_read_is_told_in_one_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "deck.bdf").write_text(deck(["CSHEAR,90,7,100,101,108,107"]))
@@ -249,6 +257,16 @@ def test_a_plate_of_a_pshell_tells_the_unit_and_is_solid(drafted, unit):
     assert section.properties == pytest.approx((7e10, 0.33, 2700, 0.002), rel=2e-4)
     mass = drafted(text.replace(density, f"{density}\nPARAM,WTMASS,2.")).section.density_kg_m3
     assert mass == pytest.approx(5400, rel=2e-4)
+
+
+def test_weights_for_densities_are_refused_in_the_unit_of_the_moduli(drafted, capsys):
+    text = deck(unit=0.0254).split("PCOMP")[0]
+    text += "PSHELL,7,1,.08,1\nMAT1,1,1.05+7,,.33,.101\nENDDATA\n"  # lbf/in³
+    panel = drafted(text)
+    assert panel.mesh.unit_m == 0.0254 and panel.section.kind == "sandwich"
+    assert "material 1 has 1.08e+06 kg/m³" in capsys.readouterr().out
+    drafted(text.replace("MAT1,1,1.05+7", "MAT1,1,1.05+20"))
+    assert "by the extent alone" in capsys.readouterr().out
 
 
 def test_a_sandwich_of_a_pshell_has_its_bending_shear_and_mass(drafted):

@@ -18,6 +18,7 @@ MATERIALS = {
 }
 DENSITIES = (500.0, 25000.0)  # of plies and plates [kg/m³]; outside, a deck has other units
 MODULI = (1e8, 1.2e12)  # of plies and plates [Pa], likewise
+PLY_MODULI = (1e9, 1.2e12)  # of those that tell a unit [Pa]
 SOFT = 0.02  # largest stiffness of a core in its plane over that of the faces
 HOMOGENEOUS = 1e-6  # deviation of 12 I/T³ from 1
 LIGHTEST = 5.0  # density of a core in a study [kg/m³]
@@ -57,18 +58,21 @@ class DeckSections:
         kind = "PCOMPG is not read" if number in self.cards["PCOMPG"] else "no PSHELL or PCOMP"
         raise ValueError(f"property {number}: {kind}")
 
-    def is_possible(self, number: str) -> bool:
-        """Return whether the materials of a property have usual moduli and densities."""
+    def is_possible(self, number: str, *, has_density: bool) -> bool:
+        """Return whether a material of a property has a usual modulus, and a usual density."""
         card = self.cards["PSHELL"].get(number) or self.cards["PCOMP"].get(number)
-        fields = [*card.fields, *BLANKS] if card else []
-        names = [fields[1]] if card and card.name == "PSHELL" else fields[8::4]
-        values = []
-        for name in filter(None, names):
+        if card is None:
+            return False
+        fields = [*card.fields, *BLANKS]
+        for name in filter(None, [fields[1]] if card.name == "PSHELL" else fields[8::4]):
             try:
-                values.append(self._material(name))
+                values = self._material(name, is_core=True)
             except ValueError:
-                values.append({})
-        return any(values) and (card is None or card.name == "PCOMP" or all(values))
+                continue
+            ranges = [("E", PLY_MODULI), *[("rho", DENSITIES)] * has_density]
+            if all(low <= values[key] <= high for key, (low, high) in ranges):
+                return True
+        return False
 
     def _material(self, number: str, *, is_core: bool = False) -> dict[str, float]:
         """Return the constants of a material in SI."""

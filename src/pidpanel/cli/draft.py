@@ -36,6 +36,7 @@ FILLS = (0.3, 0.5, 0.7, 0.9)
 # 0.48: resonances are 1 % and then 0.05 % too high, which is 0.2 dB next to one with ζ = 1 %.
 # Patches, whose elements follow their dampers, add about 0.4 dB.
 FINER, SHORTER, SHARP = 20, 0.8, 0.48
+COARSE = "too coarse for"  # of a refusal that a lower frequency mends
 REFINED = 4  # largest panel.mesh.refine that is tried; elements of a file do not follow dampers
 
 
@@ -146,28 +147,35 @@ def write(draft: Draft, file: Path, *, force: bool = False) -> None:
             while not _is_fine(file, values):
                 values["high"] = _rounded(SHORTER * values["high"])
             return
-        values = _values(draft, file)
-        last = FINER if draft.deck is None else REFINED
-        for step in range(last + 1):
-            length = max(draft.size) / 8 * SHORTER**step
-            _write_text(file, {**values, "refine": step}, length)
-            study = load_study(file)
-            try:
-                masses = study.damper_masses() if draft.deck else {}
-                studied(study.panel).check(study.response.frequency_hz[1], masses)
-            except ValueError as error:
-                if step == last:
-                    raise StudyError(f"{file}: panel: {error}") from None
-            else:
-                if draft.deck is None:
-                    _write_text(file, values, SHARP * length)
-                return
+        _write_panel(draft, file, _values(draft, file))
     except BaseException:
         if backup is None:
             file.unlink(missing_ok=True)
         else:
             file.write_bytes(backup)
         raise
+
+
+def _write_panel(draft: Draft, file: Path, values: dict[str, Any]) -> None:
+    """Write a panel with elements that resolve its waves; of a deck, waves that they resolve."""
+    last = FINER if draft.deck is None else REFINED
+    for step in range(last + FINER * (draft.deck is not None) + 1):
+        length = max(draft.size) / 8 * SHORTER**step
+        if step > last:
+            values["high"] = _rounded(SHORTER * values["high"])
+        _write_text(file, {**values, "refine": min(step, last)}, length)
+        study = load_study(file)
+        try:
+            masses = study.damper_masses() if draft.deck else {}
+            studied(study.panel).check(study.response.frequency_hz[1], masses)
+        except ValueError as error:
+            is_coarse = draft.deck is not None and COARSE in str(error)
+            if step >= last and not (is_coarse and SHORTER * values["high"] > 2 * values["low"]):
+                raise StudyError(f"{file}: panel: {error}") from None
+        else:
+            if draft.deck is None:
+                _write_text(file, values, SHARP * length)
+            return
 
 
 def _is_fine(file: Path, values: Mapping[str, Any]) -> bool:

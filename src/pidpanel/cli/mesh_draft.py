@@ -1,5 +1,6 @@
 """What a new study takes from a mesh file: its unit, supports, section, and places on it."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +19,7 @@ from pidpanel.panel.flat_mesh import FlatMesh
 from pidpanel.panel.gmsh_files import read_gmsh
 from pidpanel.panel.nastran import checked_deck, flat_mesh, is_refused
 
+CARD = re.compile("[A-Z][A-Z0-9]{1,7}")
 LONGEST = 20.0  # of a panel in metres: a file that extends further is in millimetres
 CLOSE = 1e-6  # distance from a side over the extent, up to which a node lies on it
 ALIGNED = 1e-3  # sine of the angle within which a direction is held
@@ -50,7 +52,7 @@ class MeshDraft(NamedTuple):
                 return cls.of_file(file, 1e-3)
             return cls(mesh, unit or 1.0, supports=_supports({}, mesh, is_thin=False))
         deck = checked_deck(file, groups=groups)
-        unit = unit or unit_of_deck(deck)
+        unit, guess = (unit, []) if unit else unit_of_deck(deck)
         mesh = flat_mesh(deck, unit, groups)
         components, remarks = deck.constraints()
         fixed, oblique = _held_across(deck, mesh, components)
@@ -59,10 +61,12 @@ class MeshDraft(NamedTuple):
         section, refused = ({}, []) if kind else (section, refused)
         is_thin = (kind or section.get("kind")) == "thin"
         refused_without = [name for name in deck.first if is_refused(name)]
+        if not groups and (odd := [name for name in refused_without if not CARD.fullmatch(name)]):
+            raise ValueError(f"{deck.first[odd[0]]}: {odd[0]} is no card of bulk data")
         return cls(
             mesh, unit, [] if groups else sorted(refused_without), groups,
             _supports(fixed, mesh, is_thin=is_thin), section, masses,
-            [*remarks, *oblique, *refused, *missing],
+            [*guess, *remarks, *oblique, *refused, *missing],
         )  # fmt: skip
 
     @property
@@ -103,21 +107,30 @@ class MeshDraft(NamedTuple):
 
 
 def unit_of_materials(deck: Deck) -> float | None:
-    """Return the unit of length with which the materials of a deck are possible [m], or None."""
-    possible = []
-    for unit in MASS_UNITS:
-        sections = DeckSections(deck, unit)
-        for name in ("PCOMP", "PSHELL"):
-            for card in deck.cards.get(name, ()):
-                if sections.is_possible(card.fields[0]):
-                    possible.append(unit)
-    return max(possible, key=possible.count) if possible else None
+    """Return the unit of length with which the materials of a deck are possible [m], or None.
+
+    Where densities are wrong in all units, such as weights, the moduli alone tell it.
+    """
+    cards = [card for name in ("PCOMP", "PSHELL") for card in deck.cards.get(name, ())]
+    for has_density in (True, False):
+        possible = [
+            unit
+            for unit in MASS_UNITS
+            for card in cards
+            if DeckSections(deck, unit).is_possible(card.fields[0], has_density=has_density)
+        ]
+        if possible and (has_density or len(set(possible)) == 1):
+            return max(possible, key=possible.count)
+    return None
 
 
-def unit_of_deck(deck: Deck) -> float:
-    """Return the unit of the materials of a deck, or by its extent [m]."""
+def unit_of_deck(deck: Deck) -> tuple[float, list[str]]:
+    """Return the unit of the materials of a deck, or by its extent [m]; and a remark then."""
+    if unit := unit_of_materials(deck):
+        return unit, []
     extent = np.ptp(deck.position, axis=0).max() if len(deck.position) else 0.0
-    return unit_of_materials(deck) or (1e-3 if extent > LONGEST else 1.0)
+    unit = 1e-3 if extent > LONGEST else 1.0
+    return unit, [f"the unit of {unit:g} m is by the extent alone: --unit-m states it"]
 
 
 def _union(triangles: np.ndarray) -> BaseGeometry:

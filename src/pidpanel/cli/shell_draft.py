@@ -48,13 +48,14 @@ def shell_draft(
 ) -> StructureDraft:
     """Return the draft of the shells of a deck; see `modes_draft`."""
     deck = read_deck(file, is_whole=True)
-    unit = unit or unit_of_deck(deck)
+    unit, guess = (unit, []) if unit else unit_of_deck(deck)
     mesh = read_deck_surface(file, unit, groups)
     surface = Surface(mesh.vertices, mesh.cells)
     sections, remarks = _sections(deck, unit, deck.chosen(groups), mesh)
     share = {name: float(surface.area[mesh.part_cells[name]].sum()) for name in sections}
     largest = max(share, key=lambda name: share[name])
-    attached, missing = _attached(deck, unit, mesh)
+    is_known = any(part["section"] is not ANY_SECTION for part in sections.values())
+    attached, missing = _attached(deck, unit, mesh, MASS_UNITS[unit] if is_known else 0.0)
     edges = mesh.vertices[mesh.cells] - mesh.vertices[np.roll(mesh.cells, 1, axis=1)]
     middle, _ = surface.nearest(np.average(surface.middle, axis=0, weights=surface.area))
     far = _far(mesh, middle, attached)
@@ -78,7 +79,7 @@ def shell_draft(
     text = f"a shell of {len(mesh.cells)} facets, {mesh.extent:.4g} m large with a unit of {unit:g}"
     text += f" m, {surface.area.sum():.4g} m², {len(sections)} properties, {counts}"
     return StructureDraft(
-        values, np.inf, is_closed(surface), text, [*remarks, *missing], second="edge"
+        values, np.inf, is_closed(surface), text, [*guess, *remarks, *missing], second="edge"
     )
 
 
@@ -127,14 +128,21 @@ def _directed(section: DeckSection, normal: Array, axes: Array, below: Index) ->
     return {"section": stated, "axis": _place(axis / np.abs(axis).max())}
 
 
-def _attached(deck: Deck, unit: float, mesh: ShellMesh) -> tuple[dict[str, Any], list[str]]:
-    """Return supports, feet and masses, and what of them is left out."""
+def _attached(
+    deck: Deck, unit: float, mesh: ShellMesh, mass_unit: float
+) -> tuple[dict[str, Any], list[str]]:
+    """Return supports, feet and masses, and what of them is left out.
+
+    ``mass_unit`` is the unit of masses [kg], 0 where no section tells it.
+    """
     components, remarks = deck.constraints()
     place = dict(zip(deck.node.tolist(), unit * deck.position, strict=True))
     vertex = {tuple(x): k for k, x in enumerate(mesh.vertices.tolist())}
     numbers = {node: vertex.get(tuple(x.tolist())) for node, x in place.items()}
     row = {node: number for node, number in numbers.items() if number is not None}
-    factor = MASS_UNITS.get(unit, 0.0) * deck.mass_factor
+    if not mass_unit and "CONM2" in deck.cards:
+        remarks.append("point masses are left out: no section tells the unit of masses")
+    factor = mass_unit * deck.mass_factor
     mass: dict[int, float] = {}
     for card in deck.cards.get("CONM2", ()):
         fields = [*card.fields, *BLANKS]
@@ -143,7 +151,9 @@ def _attached(deck: Deck, unit: float, mesh: ShellMesh) -> tuple[dict[str, Any],
     attached: dict[str, Any] = {"supports": {}, "feet": {}, "masses": {}}
     for card in deck.cards.get("RBE2", ()):
         centre, nodes = int(card.fields[1]), numbers_of(card.fields[3:])
-        box = _box([row[n] for n in nodes if n in row], mesh)
+        if not (inside := [row[n] for n in nodes if n in row]):
+            continue
+        box = _box(inside, mesh)
         kind = _kind(components.get(centre, "")) or "free"
         if box is None or len(nodes) < 2 or card.fields[2] != "123456":
             remarks.append(f"RBE2 {card.fields[0]} is left out: no box holds its nodes alone")

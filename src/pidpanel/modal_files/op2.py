@@ -55,7 +55,7 @@ def read_op2(path: Path) -> ModeShapes:
         for analysis in (NORMAL, STATIC)
     )
     if chosen and not normal + static:
-        raise ValueError(f"{path}: has complex vectors alone; real eigenvectors are needed")
+        raise ValueError(f"{path}: has no real eigenvectors, only complex ones or another analysis")
     if len(cases := {int(block.words[CASE]) for block in normal}) > 1:
         raise ValueError(f"{path}: has modes of subcases {sorted(cases)}; one is allowed")
     node = (normal + static)[0].node if normal or static else np.empty(0, dtype=np.int64)

@@ -57,7 +57,7 @@ def read_cards(
         if words == BULK:
             continue
         head, fields, surplus = _fields(text)
-        name = head.rstrip("*").strip().upper()
+        name = (head.upper().rstrip("*").split() or [""])[0]
         is_continuation = name in ("", "+") or head.startswith(("+", "*"))
         owner = card.name if card is not None and is_continuation else name
         if surplus and owner in limits:

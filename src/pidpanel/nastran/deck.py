@@ -129,6 +129,8 @@ class Deck:
         """Return the rows of the corners (n, 4) of shells; triangles repeat the third."""
         tables = [self.shells.corners[k][: SHELLS[self.shells.kind[k]][0]] for k in chosen.tolist()]
         numbers = np.array([(*nodes[:3], nodes[-1]) for nodes in tables], dtype=np.int64)
+        if not self.node.size:
+            raise ValueError(f"{self.path}: no GRID; a mesh needs some")
         order = np.argsort(self.node)
         rows = np.minimum(np.searchsorted(self.node, numbers, sorter=order), len(order) - 1)
         if (missing := self.node[order[rows]] != numbers).any():
