@@ -1,4 +1,4 @@
-"""A flat panel, and its modes as a file of another solver, turned in space."""
+"""A flat panel, its modes as a file of another solver, turned in space, and a curved shell."""
 
 import numpy as np
 import pyvista
@@ -17,6 +17,18 @@ PANEL = {
     "patches": {"P": {"centre_m": [0.5, 0.5], "size_m": [0.2, 0.2]}},
     "points": {"mid": [0.75, 0.5], "off": [0.5, 0.4]},
 }
+CURVED = {
+    "shell": {
+        "form": {"kind": "cylinder_panel", "radius_m": 1, "length_m": 0.8, "arc_m": 0.8},
+        "section": {
+            "kind": "solid", "thickness_mm": 3, "youngs_modulus_gpa": 70, "poissons_ratio": 0.3,
+            "density_kg_m3": 2700,
+        },
+        "size_m": 0.1,
+    },
+    "patches": {"P": {"centre_m": [0.4, 0, 1], "radius_m": 0.15}},
+    "points": {"mid": {"at_m": [0.4, 0, 1]}},
+}  # fmt: skip
 ORIGIN, AXES = np.array([0.3, 1.0, -2.0]), np.array([[0, 0.6, 0.8], [0, -0.8, 0.6]])
 NORMAL = np.cross(*AXES)
 

@@ -3,20 +3,8 @@
 import pytest
 
 from pidpanel import Model, StudyError
-from tests.structures import COMMON
+from tests.structures import COMMON, CURVED
 
-CURVED = {
-    "shell": {
-        "form": {"kind": "cylinder_panel", "radius_m": 1, "length_m": 0.8, "arc_m": 0.8},
-        "section": {
-            "kind": "solid", "thickness_mm": 3, "youngs_modulus_gpa": 70, "poissons_ratio": 0.3,
-            "density_kg_m3": 2700,
-        },
-        "size_m": 0.1,
-    },
-    "patches": {"P": {"centre_m": [0.4, 0, 1], "radius_m": 0.15}},
-    "points": {"mid": {"at_m": [0.4, 0, 1]}},
-}  # fmt: skip
 SOUND = COMMON["sound"]
 SINE = {"sine": {"frequency_hz": [30, 400], "acceleration_g": 1}}
 

@@ -25,7 +25,7 @@ class CoupledPatch:
     """A filled patch: its simulated cells, and the whole of it."""
 
     # (c, n) the shapes at the simulated cells [1], (c,) the area that each represents [m²] and (c,
-    # 2) their places [m]
+    # 2) or on a curved surface (c, 3) their places [m]
     shape: Array
     area: Array
     position: Array
@@ -43,8 +43,7 @@ class CoupledPatch:
     @property
     def distance(self) -> Array:
         """(c, c) of the simulated cells from each other [m]."""
-        offset = self.position[:, None] - self.position[None]
-        return np.hypot(*offset.transpose(2, 0, 1))
+        return np.asarray(np.linalg.norm(self.position[:, None] - self.position, axis=2))
 
     def whole_load(self, force: OwnForce, frequency: Array) -> Array:
         """Return the modal cross-PSD of the own force per PSD of a cell, (nf, n, n) [m⁴]."""

@@ -16,7 +16,7 @@ from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, so
 from pidpanel.damping.models import FilledDamper
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
-from pidpanel.solve.base_motion import BaseExcitation
+from pidpanel.solve.base_motion import UNIT, BaseExcitation, Translation
 from pidpanel.solve.basis_error import modal_basis
 from pidpanel.solve.excitation import Excitation, ModalForce
 from pidpanel.solve.lines import frequency_grid
@@ -165,7 +165,7 @@ def _parts(position: Array, weight: Array, part: Index, count: int) -> list[Inde
     size = max(float(extent.max()), 1e-300)
     along = np.round(position[part] / size, 9)
     axis = int(np.argmax(np.round(extent / size, 6)))
-    order = np.lexsort((along[:, 1 - axis], along[:, axis]))
+    order = np.lexsort((*np.delete(along, axis, axis=1).T, along[:, axis]))
     share = np.cumsum(weight[part][order]) / weight[part].sum()
     cut = int(np.searchsorted(share, first / count - 1e-9)) + 1
     cut = min(max(cut, first), len(part) - (count - first))
@@ -188,6 +188,7 @@ class ExcitedPanel:
     vectors: Array  # (n_free, n) its shapes but for a translation, which is then the last
     excitation: Excitation  # at the level of the study
     air: Air | None  # the air that the panel moves; None where it is left out
+    translation: Translation = UNIT  # of its supports
 
     @cached_property
     def modal(self) -> ModalBasis:
@@ -206,7 +207,7 @@ class ExcitedPanel:
     @property
     def diameter(self) -> float:
         """Diameter of the panel [m]."""
-        return float(np.hypot(*np.ptp(self.basis.vertex_position, axis=0)))
+        return float(np.linalg.norm(np.ptp(self.basis.vertex_position, axis=0)))
 
     def patch(self, name: str, cell_area: float, shapes: LoadedShapes) -> CoupledPatch:
         """Return a patch with its simulated cells of an area [m²]."""
@@ -219,7 +220,9 @@ class ExcitedPanel:
 
         def shape(points: Index) -> Array:
             values = np.asarray(self.plate.at_quadrature[rows[points]] @ self.vectors)
-            translation = np.ones((len(values), len(self.modal.modal_mass) - values.shape[1]))
+            moved = np.broadcast_to(self.translation.quadrature, len(self.plate.quadrature_weight))
+            further = len(self.modal.modal_mass) - values.shape[1]
+            translation = np.repeat(moved[rows[points], None], further, axis=1)
             return shapes.shape(np.hstack([values, translation]))
 
         stations = stations_of(position, weight, settings.stations)

@@ -22,7 +22,7 @@ from pidpanel.coupon.estimate import spheres_in
 from pidpanel.coupon.from_study import bed_of
 from pidpanel.damping.from_study import damper_model, with_mass_of
 from pidpanel.damping.models import FilledDamper
-from pidpanel.panel.files import read_basis
+from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
@@ -143,14 +143,16 @@ def read_excited_panel(study: Study, files: Files) -> ExcitedPanel:
         youngs_modulus=None if keys.youngs_modulus_mpa is None else 1e6 * keys.youngs_modulus_mpa,
         attributes=stamp(study),
     )
-    basis, plate, translation = read_moved_panel(study, files)
     if motion is not None:
+        basis, plate, translation = read_moved_panel(study, files)
         mass = studied(study.panel).section.mass_per_area * basis.quadrature_weight.sum()
         none = np.zeros((len(plate.shapes), 0))
         supported = supported_panel(basis, plate, none, span[1], float(mass), translation)
         moving = with_translation(supported.basis, supported.inertia)
         excitation = BaseExcitation.of_inertia(motion, supported.inertia)
-        return ExcitedPanel(settings, moving, plate, supported.vectors, excitation, None)
+        further = excitation, None, translation
+        return ExcitedPanel(settings, moving, plate, supported.vectors, *further)
+    basis, plate = read_basis(files.modes), read_plate(files.plate)
     table = read_table(files.modal_force, MODAL_FORCE)
     shapes, sound = plate.shapes.astype(np.float64), excitation_of(study.acoustics, table)
     air = read_air(study, table, files.get("air"))

@@ -25,7 +25,7 @@ from pidpanel.solve.excitation import ModalForce
 class PatchParts:
     """Parts that make up a patch, about square."""
 
-    # (k, n) the shapes at their middles [1], (k,) [m²] and (k, 2) [m]
+    # (k, n) the shapes at their middles [1], (k,) [m²] and (k, 2) or on a curved surface (k, 3) [m]
     shape: Array
     area: Array
     position: Array
@@ -34,7 +34,10 @@ class PatchParts:
         """Return ∬ φ φ′ᵀ exp(−d/l) dA dA′ over the patch, (n, n) [m⁴], for l [m]."""
         side = np.sqrt(self.area)
         mean_side = np.sqrt((self.area[:, None] + self.area) / 2)
-        coherence = _mean_between(self.position[:, None] - self.position, mean_side, length)
+        offset = self.position[:, None] - self.position
+        if offset.shape[2] == 3:  # on a curved surface: as far apart in a plane
+            offset = np.linalg.norm(offset, axis=2)[..., None] * np.array([1.0, 0.0])
+        coherence = _mean_between(offset, mean_side, length)
         np.fill_diagonal(coherence, mean_coherence(side, length))
         weighted = self.shape * self.area[:, None]
         return weighted.T @ coherence @ weighted
