@@ -15,7 +15,6 @@ SINE = {"sine": {"frequency_hz": [30, 400], "acceleration_g": 1}}
         ({"sound": {**SOUND, "surroundings": {"wall_m": 0.1}}}, "sound.surroundings"),
         ({"sound": {**SOUND, "field": "plane_wave", "incidence_deg": 30}}, "sound.field"),
         ({"base": SINE}, "structure.shell.supports"),
-        ({"optimise": {"mass_kg": 1, "patch_size_m": 0.2, "fill_fraction": 0.5}}, "optimise"),
     ],
 )
 def test_of_a_free_curved_shell(change, key):

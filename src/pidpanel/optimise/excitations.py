@@ -21,7 +21,7 @@ from pidpanel.response.model_error import model_error_of, with_model_error
 from pidpanel.response.panel import ExcitationSource, ResponsePanel
 from pidpanel.response.refinement import checked_responses
 from pidpanel.response.results import error_parts
-from pidpanel.solve.base_motion import SupportedPanel, supported_panel
+from pidpanel.solve.base_motion import UNIT, SupportedPanel, Translation, supported_panel
 from pidpanel.solve.basis_error import basis_shapes, refined
 from pidpanel.solve.model import PanelResponse
 
@@ -98,7 +98,7 @@ class SoundExcitedPanel:
             basis = refined(basis, plate, basis_shapes(basis, plate, static))
             excitation, air = self.source.on_basis(basis, panel.air)
             panel = replace(panel, basis=basis, excitation=excitation, air=air)
-        return place_panel(panel, places.area, with_strains=self.with_strains)
+        return place_panel(panel, plate, with_strains=self.with_strains)
 
     def confirm(
         self,
@@ -128,6 +128,7 @@ class ShakerExcitedPanel:
     shaker: Shaker
     mass: float  # of the panel with attached masses [kg]
     with_strains: bool
+    translation: Translation = UNIT
 
     def panel(
         self, plate: StoredPlate, places: Places, static_tolerance: float = 1.0
@@ -135,8 +136,9 @@ class ShakerExcitedPanel:
         """Return the panel with places, and with the static response to supports and places."""
         basis = place_basis(self.basis, plate, places)
         static = static_shapes(basis, plate, static_tolerance)
-        supported = supported_panel(basis, plate, static, self._highest, self.mass)
-        return self._placed(self.shaker.panel(supported), places)
+        moved = self.mass, self.translation
+        supported = supported_panel(basis, plate, static, self._highest, *moved)
+        return self._placed(self.shaker.panel(supported), plate)
 
     def confirm(
         self,
@@ -148,12 +150,12 @@ class ShakerExcitedPanel:
         """Return layouts at their consistent motion; see `SoundExcitedPanel.confirm`."""
 
         def moved(supported: SupportedPanel) -> PlacedPanel:
-            return self._placed(self.shaker.panel_with(supported, scenarios), places)
+            return self._placed(self.shaker.panel_with(supported, scenarios), plate)
 
         basis = place_basis(self.basis, plate, places)
         supported, error = checked_panel(
             basis, plate, static_shapes(basis, plate, STATIC_TOLERANCE), self._highest, self.mass,
-            lambda supported: [moved(supported)], scenarios,
+            lambda supported: [moved(supported)], scenarios, self.translation,
         )  # fmt: skip
         panel = moved(supported)
         cases = plan_cases(panel, scenarios).solve(panel.solver())
@@ -163,8 +165,8 @@ class ShakerExcitedPanel:
     def _highest(self) -> float:
         return self.shaker.settings.frequency_range[1]
 
-    def _placed(self, panel: ResponsePanel, places: Places) -> PlacedPanel:
-        return place_panel(panel, places.area, with_strains=self.with_strains)
+    def _placed(self, panel: ResponsePanel, plate: StoredPlate) -> PlacedPanel:
+        return place_panel(panel, plate, with_strains=self.with_strains)
 
 
 ExcitedPanel = SoundExcitedPanel | ShakerExcitedPanel

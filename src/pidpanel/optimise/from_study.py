@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from pidpanel.arrays import Index
 from pidpanel.base.from_study import shakers_of
@@ -36,6 +37,7 @@ from pidpanel.optimise.places import (
     NoPlace,
     PlacedPanel,
     Places,
+    place_areas,
     place_name,
     place_plate,
     places_on,
@@ -57,7 +59,6 @@ from pidpanel.optimise.search import (
 from pidpanel.optimise.variants import damped_by_layer, reductions, thicker_faces
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.files import read_basis, read_plate
-from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario
@@ -66,10 +67,12 @@ from pidpanel.response.results import write_csv
 from pidpanel.severity.oscillators import natural_frequencies
 from pidpanel.solve.model import ModalBasis
 from pidpanel.solve.stress import distinct_layers
+from pidpanel.structure.any_structure import AnyStructure
+from pidpanel.structure.from_study import AnyPanel, read_moved_panel, studied
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.optimise import Optimise
-from pidpanel.study.panel import MOST_CARRIED, Panel
+from pidpanel.study.panel import MOST_CARRIED
 
 NODES = 200  # layouts whose further dampers branch and bound evaluates at most
 
@@ -81,26 +84,36 @@ def section_of(study: Study) -> Optimise:
     return study.optimise
 
 
-def flat_panel(study: Study) -> StudiedPanel:
-    """Return the panel; `ValueError` for a structure with modes from a file."""
-    if not isinstance(study.panel, Panel):
-        raise ValueError("optimise: not computed for a structure; compare layouts in scenarios")
-    return StudiedPanel(study.panel)
-
-
 def places_of(study: Study) -> Places:
-    """Return the places of a study; `NoPlace` without any."""
-    section, panel = section_of(study), flat_panel(study)
+    """Return the places of a study, of a structure in its view; `NoPlace` without any."""
+    section, panel = section_of(study), studied(study.panel)
     forbidden = [area.shape for area in section.forbidden.values()]
     obstacles = [shapely.Polygon(shape.corners) for shape in forbidden if shape is not None]
+    axes = panel.view[1] if isinstance(panel, AnyStructure) and panel.plane is None else None
     return places_on(
-        panel.area, section.patch_size_m, section.spacing, [*panel.obstacles, *obstacles]
+        _drawn_area(panel),
+        section.patch_size_m,
+        section.spacing,
+        [*panel.obstacles, *obstacles],
+        axes,
     )
 
 
+def _drawn_area(panel: AnyPanel) -> BaseGeometry:
+    """Return the area of a panel, or of a structure in its view [m]."""
+    return panel.outline if isinstance(panel, AnyStructure) else panel.area
+
+
 def fillings_of(study: Study, folder: Path | None) -> list[FilledDamper]:
-    """Return every damper at every fill fraction, with a folder of the surfaces."""
+    """Return every damper at every fill fraction, with a folder of the surfaces.
+
+    On a structure they stand along its view: a curved one is not told place by place.
+    """
     section, stated = section_of(study), study.damping.level.acceleration_g
+    if isinstance(panel := studied(study.panel), AnyStructure):
+        x, y, z = np.cross(*panel.view[1].T).tolist()
+        turned = {name: damper.in_frame((x, y, z)) for name, damper in study.dampers.items()}
+        study = study.model_copy(update={"dampers": turned})
     models = dampers_of(study, folder)
     return [
         FilledDamper(name, models[name], fill, stated)
@@ -111,7 +124,8 @@ def fillings_of(study: Study, folder: Path | None) -> list[FilledDamper]:
 
 def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     """Yield limits that no layout meets, places that are not there, dampers without a mass."""
-    section, area = section_of(study), flat_panel(study).area
+    section, panel = section_of(study), studied(study.panel)
+    area = _drawn_area(panel)
     for name, forbidden in section.forbidden.items():
         shape = forbidden.shape
         if shape is not None and not shapely.Polygon(shape.corners).intersects(area):
@@ -123,7 +137,7 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         return
     if set(study.coupons) & set(study.placed_dampers):
         return  # their mass is known once they are filled
-    heaviest = MOST_CARRIED * flat_panel(study).section.mass_per_area * area.area
+    heaviest = MOST_CARRIED * panel.section.mass_per_area * panel.area.area
     if section.mass_kg > heaviest:
         message = f"must be at most {heaviest:.3g}, {MOST_CARRIED} times the mass of the panel"
         yield Mistake(("optimise", "mass_kg"), message)
@@ -144,7 +158,7 @@ def _alternatives(
     study: Study, panels: Sequence[PlacedPanel], objective: Objective
 ) -> Callable[[float], tuple[float, float]]:
     """Return what a mass [kg] on the panel itself reduces [dB]; see `variants`."""
-    layer, area = section_of(study).damping_layer, flat_panel(study).area.area
+    layer, area = section_of(study).damping_layer, studied(study.panel).area.area
 
     def value(panel: PlacedPanel, modal: ModalBasis) -> float:
         coarse = FIDELITIES[0]._replace(rank=1)
@@ -206,7 +220,8 @@ def excited_panels(study: Study, files: Files) -> dict[str, ExcitedPanel]:
     section = section_of(study)
     panels: dict[str, ExcitedPanel] = {}
     with_strains, basis = section.objective == "stress", read_basis(files.modes)
-    basis = with_points(basis, _further_points(section, basis))
+    further = _further_points(section, basis)
+    basis = with_points(basis, further)
     for name in counted_excitations(study):
         if name == "sound":
             start = read_response_panel(study, files)
@@ -214,7 +229,8 @@ def excited_panels(study: Study, files: Files) -> dict[str, ExcitedPanel]:
             panels[name] = SoundExcitedPanel(start, StudySound(study), with_strains)
         else:
             shaker, mass = shakers_of(study)["random"], read_panel_mass(study, files.section)
-            panels[name] = ShakerExcitedPanel(basis, shaker, mass, with_strains)
+            translation = read_moved_panel(study, files)[2].with_points(further)
+            panels[name] = ShakerExcitedPanel(basis, shaker, mass, with_strains, translation)
     return panels
 
 
@@ -237,7 +253,8 @@ class _Search(NamedTuple):
     @property
     def mass(self) -> float:
         """Largest mass of all dampers of a layout [kg]."""
-        heaviest = max(filling.mass_per_area for filling in self.fillings) * self.places.area
+        heaviest = max(filling.mass_per_area for filling in self.fillings)
+        heaviest *= float(place_areas(self.plate).max())
         return min(self.section.mass_kg, self.section.patches_at_most * heaviest)
 
     def panels(self, static_tolerance: float) -> list[PlacedPanel]:
@@ -319,7 +336,8 @@ def write_proposal(study: Study, files: Files, damping: Path | None, output: Fil
     section, places = section_of(study), places_of(study)
     fillings, excited = fillings_of(study, damping), excited_panels(study, files)
     basis = next(iter(excited.values())).basis
-    plate = plate_with_points(read_plate(files.plate), _further_points(section, basis))
+    plate = read_moved_panel(study, files)[1] if "base" in excited else read_plate(files.plate)
+    plate = plate_with_points(plate, _further_points(section, basis))
     with_places, area_error = place_plate(plate, places, range(len(places.lower)))
     points = list(basis.point_names[: len(study.panel.points)])
     counted = np.array([points.index(name) for name in section.points or points])

@@ -17,9 +17,11 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import on_patch
 from pidpanel.response.panel import ResponsePanel
+from pidpanel.structure.surface import Surface
 
 SLACK = 1e-6  # of the size of a place: rounding of its edges
-
+FACING = 0.1  # least cosine of a surface that is seen, between its normal and the view
+TWICE = 1.5  # of the area of a place: more of the surface lies in it, one part behind another
 
 MOST_PLACES = 4000  # of a grid: two places have a flag whether they overlap
 
@@ -30,16 +32,17 @@ class NoPlace(ValueError):
 
 @dataclass(frozen=True)
 class Places:
-    """Places of one size."""
+    """Places of one size, in the plane of a panel or of the view of a curved surface."""
 
     lower: Array  # (n_places, 2) lower left corners [m]
     size: tuple[float, float]  # lengths along x and y [m]
     # (n_places,) groups of places that all overlap each other: a layout fills one of a group
     group: Index
+    axes: Array | None = None  # (3, 2) of the view of a curved surface
 
     @property
     def area(self) -> float:
-        """Area of each place [m²]."""
+        """Area of each place in its plane [m²]."""
         return self.size[0] * self.size[1]
 
     @property
@@ -53,17 +56,25 @@ class Places:
         distance = np.abs(self.lower[:, None] - self.lower)
         return np.asarray(np.all(distance < np.array(self.size) * (1 - SLACK), axis=2))
 
-    def contains(self, position: Array) -> Flags:
-        """Return (n_places, n) whether positions (n, 2) [m] lie within each place."""
+    def cosine(self, normal: Array | None) -> Array:
+        """Return the cosine (n,) or (1,) of normals (n, 3) with the view; 1 on a panel."""
+        if self.axes is None or normal is None:
+            return np.ones(1)
+        return np.asarray(normal @ np.cross(*self.axes.T))
+
+    def contains(self, position: Array, normal: Array | None = None) -> Flags:
+        """Return (n_places, n) whether positions [m] lie within each place, and are seen."""
+        if self.axes is not None:
+            position = position @ self.axes
         inside = np.empty((len(self.lower), len(position)), np.bool_)
         for place, lower in enumerate(self.lower):
             from_corner = position - lower
             inside[place] = np.all((from_corner > 0) & (from_corner < np.array(self.size)), axis=1)
-        return inside
+        return inside & (self.cosine(normal) > FACING)
 
     def subset(self, index: Index) -> Places:
         """Return some of the places."""
-        return Places(self.lower[index], self.size, self.group[index])
+        return replace(self, lower=self.lower[index], group=self.group[index])
 
 
 def places_on(
@@ -71,6 +82,7 @@ def places_on(
     size: tuple[float, float],
     spacing: tuple[float, float],
     obstacles: Iterable[BaseGeometry],
+    axes: Array | None = None,
 ) -> Places:
     """Return the places of a grid that lie on a panel and meet no obstacle.
 
@@ -85,6 +97,8 @@ def places_on(
         Size and spacing of the places along x and y [m].
     obstacles
         Areas without dampers, which places may touch along an edge [m].
+    axes
+        Axes (3, 2) of the view of a curved surface; the other arguments are as it is seen.
     """
     x0, y0, x1, y1 = area.bounds
     counts = [
@@ -112,22 +126,28 @@ def places_on(
     _, group = np.unique(
         np.stack([column // across[0], row // across[1]])[:, free], axis=1, return_inverse=True
     )
-    return Places(lower[free], size, group.ravel())
+    return Places(lower[free], size, group.ravel(), axes)
 
 
 def overlaps_of(
-    places: Places, position: Array, weight: Array, at_points: sp.csr_array
+    places: Places,
+    position: Array,
+    weight: Array,
+    at_points: sp.csr_array,
+    normal: Array | None = None,
 ) -> tuple[sp.csr_array, list[sp.csr_array], Array]:
     """Return weights and D of each place on all elements, and how well the mesh follows it.
 
-    An element is weighted by its quadrature points (n, 2) in the place; the sum is scaled to the
-    area. Weights over the places are (n_places, n) [m²], 0 outside, D (n_free, n_free) [m²], and
-    the relative errors of the areas before they are scaled (n_places,).
+    An element is weighted by its quadrature points (n, 2) or (n, 3) in the place; the sum, as it is
+    seen, is scaled to the area. Weights over the places are (n_places, n) [m²], 0 outside, D
+    (n_free, n_free) [m²], and the relative errors of the areas before they are scaled (n_places,).
     """
-    inside = sp.csr_array(places.contains(position))
-    total = inside @ weight
+    inside = sp.csr_array(places.contains(position, normal))
+    total = inside @ (weight * places.cosine(normal))
     if not total.all():
         raise NoPlace("smaller than the elements of the mesh")
+    if places.axes is not None and total.max() > TWICE * places.area:
+        raise NoPlace("one part of the surface lies behind another in the view")
     scale = sp.diags_array(places.area / total)
     place_weight = sp.csr_array(scale @ inside @ sp.diags_array(weight))
     overlap = []
@@ -142,14 +162,14 @@ def overlaps_of(
 class PlacedPanel(ResponsePanel):
     """A panel whose patches are places, which elements need not follow; for rms values and PSDs."""
 
-    place_area: float = 0.0  # of each place [m²]
+    place_area: Array | float = 0.0  # of each place on the surface [m²]
     # Whether curvatures at the points are computed in addition to the deflection
     with_strains: bool = False
 
     @cached_property
     def patch_area(self) -> Array:
         """(n_patches,) [m²]."""
-        return np.full(len(self.basis.patch_names), self.place_area)
+        return np.broadcast_to(self.place_area, len(self.basis.patch_names))
 
     @cached_property
     def frequency(self) -> Array:
@@ -202,8 +222,9 @@ def place_plate(
     That error is relative, and before the areas are scaled.
     """
     weight, overlap, error = overlaps_of(
-        places, plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature
-    )
+        places, plate.quadrature_position, plate.quadrature_weight, plate.at_quadrature,
+        plate.quadrature_normal,
+    )  # fmt: skip
     patches = dict(zip(map(place_name, numbers), overlap, strict=True))
     return replace(plate, patch_overlap=patches, patch_weight=weight), float(error.max())
 
@@ -217,15 +238,24 @@ def place_basis(basis: PanelBasis, plate: StoredPlate, places: Places) -> PanelB
         square = shapes.T @ (D @ shapes)
         matrix[:] = (square + square.T) / 2
     centre = basis.vertex_position[basis.cells].mean(axis=1)
+    curved = places.axes is not None
+    normal = Surface(basis.vertex_position, basis.cells).cell_normal if curved else None
     return replace(
         basis,
         patch_overlap=reduced,
         patch_names=tuple(plate.patch_overlap),
-        cell_in_patch=places.contains(centre),
+        cell_in_patch=places.contains(centre, normal),
     )
 
 
-def place_panel(panel: ResponsePanel, place_area: float, *, with_strains: bool) -> PlacedPanel:
-    """Return a panel whose basis has places as patches."""
+def place_panel(panel: ResponsePanel, plate: StoredPlate, *, with_strains: bool) -> PlacedPanel:
+    """Return a panel whose basis has the places of a plate of `place_plate` as patches."""
     values = {item.name: getattr(panel, item.name) for item in fields(ResponsePanel)}
-    return PlacedPanel(**values, place_area=place_area, with_strains=with_strains)
+    return PlacedPanel(**values, place_area=place_areas(plate), with_strains=with_strains)
+
+
+def place_areas(plate: StoredPlate) -> Array:
+    """Return the areas (n_places,) [m²] of the places of a plate of `place_plate`."""
+    if plate.patch_weight is None:
+        raise ValueError("a plate without places")
+    return np.asarray(plate.patch_weight.sum(axis=1))

@@ -167,9 +167,11 @@ def mode_shifts(basis: PanelBasis, modes: LoadedModes, mass: Array, wave_shift: 
     area = np.abs(cell_areas(basis.vertex_position, basis.cells))
     energy = area[:, None] * np.mean(motion[basis.cells] ** 2, axis=1)
     if basis.frequency_shift is not None:  # mode by mode, the mass of dampers left out
-        natural = basis.natural_frequency[~basis.is_residual]
-        rise = np.maximum.accumulate(basis.frequency_shift[: len(natural)])
-        shift = np.interp(modes.frequency, natural, rise)
+        # the modes come first; a translation of the supports comes last
+        count = int(np.argmax(np.append(basis.is_residual, True)))
+        count = min(count, len(basis.frequency_shift))
+        rise = np.maximum.accumulate(basis.frequency_shift[:count])
+        shift = np.interp(modes.frequency, basis.natural_frequency[:count], rise)
         return np.tile(shift / MARGIN, (1 + len(mass), 1))
     strains: list[BoundaryStrain | None] = [None] * len(modes.frequency)
     if basis.quadrature_normal is None:  # of a plate

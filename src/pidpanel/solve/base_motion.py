@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.eigen import factors
 from pidpanel.panel.matrices import StoredPlate
@@ -39,6 +39,14 @@ class Translation:
     points: Array | float = 1.0
     vertices: Array | float = 1.0
     quadrature: Array | float = 1.0
+
+    def with_points(self, vertices: Index) -> Translation:
+        """Return it with some vertices as further points."""
+        if isinstance(self.points, float):
+            return self
+        cosine = self.vertices
+        further = np.full(len(vertices), cosine) if isinstance(cosine, float) else cosine[vertices]
+        return replace(self, points=np.append(self.points, further))
 
 
 UNIT = Translation()

@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from pidpanel.arrays import Array, Index
-from pidpanel.geometry.plane_mesh import plane_axes
 from pidpanel.panel.attachments import Attachment
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.supports import Supports
 from pidpanel.shell.selections import Place, Selection
-from pidpanel.structure.surface import Surface
+from pidpanel.structure.surface import Surface, view_axes
 
 FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat
 
@@ -124,9 +125,26 @@ class AnyStructure(ABC):
         offset = (surface.vertices - surface.vertices[0]) @ normal
         if np.ptp(offset) > FLAT * surface.size or (surface.cell_normal @ normal).min() < 0:
             return None
-        axes = plane_axes(normal)
+        axes = view_axes(surface)
         low = (surface.vertices @ axes).min(axis=0)
         return axes @ low + normal * (surface.vertices[0] @ normal), axes
+
+    @cached_property
+    def view(self) -> tuple[Array, Array]:
+        """Origin (3,) and axes (3, 2) of the plane on which the surface is drawn."""
+        return self.plane or (np.zeros(3), view_axes(self.surface))
+
+    @cached_property
+    def outline(self) -> BaseGeometry:
+        """Area of the cells that face the view, as they are drawn [m]."""
+        surface, (origin, axes) = self.surface, self.view
+        facing = surface.cell_normal @ np.cross(*axes.T) > 0
+        return drawn_cells((surface.vertices - origin) @ axes, surface.cells[facing])
+
+    @property
+    def obstacles(self) -> list[BaseGeometry]:
+        """Supports and masses, as they are drawn; none are known of modes."""
+        return []
 
     def placed(self, position: Array) -> Array:
         """Return positions in the plane of a flat surface, or as they are."""
@@ -165,6 +183,11 @@ class AnyStructure(ABC):
     def point_refinement_error(self, _highest: float) -> float:
         """Return 0, likewise."""
         return 0.0
+
+
+def drawn_cells(vertices: Array, cells: Index) -> BaseGeometry:
+    """Return the area of cells with vertices (n, 2) [m]."""
+    return shapely.union_all(shapely.polygons(vertices[cells]))
 
 
 def in_plane(structure: AnyStructure, plate: PlateMatrices) -> PlateMatrices:

@@ -8,6 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.basis import basis_of
@@ -15,6 +17,7 @@ from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.modes import first_modes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.shell.assembly import AssembledShell, Attached, assemble_shell
+from pidpanel.shell.attachments import PointMass, RigidFoot, ShellSupport
 from pidpanel.shell.mesh import ShellMesh
 from pidpanel.shell.resolution import (
     MOST_BULGE,
@@ -31,11 +34,13 @@ from pidpanel.structure.any_structure import (
     SolvedStructure,
     StructureRefused,
     SurfaceSection,
+    drawn_cells,
     in_plane,
 )
 from pidpanel.structure.surface import Surface
 
 FIRST, RIGID = 6, 6  # natural frequencies that are listed first, and motions of a body
+ROUNDING = 1e-6  # of places, over the size of the surface
 RIGID_SHARE = 1e-3  # frequency of a rigid motion, by rounding, over that of a mode
 # Elements over the size that keeps frequencies within 0.1 %, above which a study is refused.
 LONGEST = 1.5
@@ -115,6 +120,22 @@ class ShellStructure(AnyStructure):
             for name, layup in self.layups.items()
         )
         return SurfaceSection(float(sum(masses) / area.sum()))
+
+    @property
+    def obstacles(self) -> list[BaseGeometry]:
+        """What holds the shell, its feet and its masses, as they are drawn [m]."""
+        surface, (origin, axes) = self.surface, self.view
+        vertices, slack = (surface.vertices - origin) @ axes, ROUNDING * surface.size
+        parts: list[BaseGeometry] = []
+        for part in self.attached.values():
+            if isinstance(part, PointMass):
+                parts.append(shapely.Point((np.array(part.position) - origin) @ axes))
+            elif isinstance(part, ShellSupport | RigidFoot):
+                inside = part.where.contains(surface.vertices, slack)
+                parts.append(shapely.MultiPoint(vertices[inside]))
+                inside = part.where.contains(surface.middle)
+                parts.append(drawn_cells(vertices, surface.cells[inside]))
+        return parts
 
     @cached_property
     def first_frequency(self) -> Array:

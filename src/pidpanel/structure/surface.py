@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from pidpanel.arrays import Array, Index
 from pidpanel.geometry.plane_mesh import cell_areas, plane_axes
 from pidpanel.panel.basis import PanelBasis
+
+# Area of the smallest rectangle about a surface over that of one along the axes: below it they turn
+ALIGNED = 0.99
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,23 @@ def flattened(basis: PanelBasis) -> PanelBasis:
 def view_axes(surface: Surface) -> Array:
     """Return the axes (3, 2) of a plane on which most of a surface is seen.
 
-    Against its mean normal; of a closed surface the direction in which it is flattest.
+    Against its mean normal; of a closed surface the direction in which it is flattest. They are
+    along its sides where it is about a rectangle.
     """
+    axes, points = _upright_axes(surface), surface.vertices[np.unique(surface.cells)]
+    drawn = points @ axes
+    rectangle = shapely.oriented_envelope(shapely.MultiPoint(drawn))
+    if rectangle.area > ALIGNED * np.prod(np.ptp(drawn, axis=0)):
+        return axes
+    side = np.diff(shapely.get_coordinates(rectangle)[:2], axis=0)[0]
+    angle = np.arctan2(side[1], side[0])
+    angle -= np.pi / 2 * np.round(angle / (np.pi / 2))  # the least turn
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.asarray(axes @ np.array([[cosine, -sine], [sine, cosine]]))
+
+
+def _upright_axes(surface: Surface) -> Array:
+    """Return the axes (3, 2) of the plane, the first nearest to x."""
     weight = surface.area[:, None]
     mean = (surface.cell_normal * weight).sum(axis=0) / weight.sum()
     if np.linalg.norm(mean) > 0.2:

@@ -193,10 +193,9 @@ def mistakes_of_claims(study: Study) -> Iterator[Mistake]:
 
 def mistakes_of_optimise(section: Optimise, study: Study) -> Iterator[Mistake]:
     """Yield dampers and points that are not there, and dampers that cannot be placed."""
-    if isinstance(study.panel, Structure):
-        message = "only allowed with a panel; compare the layouts of a structure in scenarios"
-        yield Mistake((), message)
-        return
+    is_of_modes = isinstance(study.panel, Structure) and study.panel.modes is not None
+    if is_of_modes and section.objective == "stress":
+        yield Mistake(("objective",), "stress is not known with structure.modes")
     if study.response.modal_damping != "full":
         yield Mistake((), "only allowed with response.modal_damping: full")
     wanted = section.excitation or ("base" if study.sound is None else "sound")
