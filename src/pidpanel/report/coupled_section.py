@@ -145,4 +145,4 @@ def curves(
             }
         )
         parts.append(part[values.inside])
-    return pd.concat(parts)
+    return pd.concat(parts) if parts else pd.DataFrame()  # none without scenarios
