@@ -163,6 +163,7 @@ def _of_panel(study: Study, panel: Panel, estimate: PanelEstimate) -> Iterator[t
 
 def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]:
     """Yield what is checked first of a structure, each with its label."""
+    from pidpanel.structure.any_structure import MOST_TANGENTIAL
     from pidpanel.structure.from_study import structure_of
 
     structure = structure_of(section)
@@ -174,8 +175,12 @@ def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]
         yield "file", "; ".join(remarks)
     yield "modes", f"{', '.join(f'{f:.4g}' for f in structure.first_frequency[:MODES])} Hz"
     patch_area = {name: float(area[inside].sum()) for name, inside in structure.patches.items()}
-    if patch_area:
-        yield "patches", "; ".join(f"{name} {value:.4g} m²" for name, value in patch_area.items())
+    shares = structure.tangential_shares(*structure.first_motion)
+    for name, value in patch_area.items():
+        text = f"{name} {value:.4g} m², {shares[name]:.0%} of the motion along the surface"
+        if shares[name] > MOST_TANGENTIAL:
+            text += ", which its dampers neither feel nor damp"
+        yield "patches", text
     yield from _of_inputs(study, patch_area, mass)
     if study.sound is not None:
         yield from (("sound", text) for text in _of_sound(study, None) if text)
@@ -244,14 +249,15 @@ def _of_stretching(studied: StudiedPanel) -> str:
 def _of_gravities(study: Study) -> Iterator[str]:
     """Yield the beds whose gravity with steady acceleration is not 1 g along the motion."""
     beds = {
-        study.damper_name(scenario, patch): damper.apparent_gravity_g
+        study.damper_name(scenario, patch): damper
         for scenario in study.all_scenarios()
         for patch in scenario.patches
         if isinstance(damper := study.damper_in(scenario, patch), BedDamper)
     }
-    for name, vector in beds.items():
-        if vector != (0.0, 0.0, -1.0):
-            yield f"{name} feels {vector_text(vector)} g along x, y and the motion z"
+    for name, bed in beds.items():
+        if (vector := bed.apparent_gravity_g) != (0.0, 0.0, -1.0):
+            text = f"{name} feels {vector_text(vector)} g along x, y and the motion z"
+            yield f"{text}, {bed.gravity_angle_deg:.0f}° to the motion"
 
 
 def _of_points(mesh: PanelMesh, studied: StudiedPanel) -> Iterator[str]:

@@ -59,6 +59,8 @@ class PanelBasis(WettedFace):
     patch_names: tuple[str, ...]  # names of the patches, in the order of `patch_overlap`
     # (n,) by how much the mesh raises frequencies at most [1], where it is known mode by mode
     frequency_shift: Array | None = field(default=None, kw_only=True)
+    # (n_patches,) of a structure: share of the motion along its surface, by the square [1]
+    tangential_share: Array | None = field(default=None, kw_only=True)
 
 
 def basis_of(mesh: PanelMesh, plate: PlateMatrices, shapes: Shapes) -> PanelBasis:

@@ -19,7 +19,7 @@ from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.provenance.results import read_netcdf
 
 VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
-OPTIONAL = {"quadrature_normal", "frequency_shift"}  # of structures
+OPTIONAL = {"quadrature_normal", "frequency_shift", "tangential_share"}  # of structures
 # In single precision: errors of 6e-8 of each value are 1e-9 of an integral over the panel.
 SINGLE = {"shape_at_quadrature", "shape_at_vertices"}
 # Only for viewing: 16 bits, scaled to the largest value of each shape

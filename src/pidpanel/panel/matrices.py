@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, fields
 
+import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Index
@@ -31,7 +32,7 @@ class PlateMatrices:
     at_quadrature: sp.csr_array
     # (n,) ∫ m″ N dA with the attached masses: force per acceleration of all supports [kg]
     inertia: Array
-    # Of a shell, three matrices (n_vertices, n): motion along x, y, z at the vertices
+    # Of a structure, three matrices (n_vertices, n): motion along x, y, z at the vertices
     motion_at_vertices: tuple[sp.csr_array, ...] = field(default=(), kw_only=True)
     # Two matrices (n_points, n) of reactions at single points (`point_supports`): those of supports
     # and springs [√J/m], and those of masses, to be multiplied by ω²
@@ -42,6 +43,10 @@ class PlateMatrices:
     participation: Array | None = field(default=None, kw_only=True)
     # (n_points, 3) directions of the motion at the points of a structure
     point_direction: Array | None = field(default=None, kw_only=True)
+
+    def motions(self, vectors: Array) -> Array:
+        """Return displacements (n_vertices, 3, k) of vectors (n, k) along x, y, z."""
+        return np.stack([rows @ vectors for rows in self.motion_at_vertices], axis=1)
 
     @property
     def is_of_modes(self) -> bool:

@@ -13,6 +13,7 @@ from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH, add_colour_bar, draw_field
+from pidpanel.report.names import Study
 from pidpanel.report.text import records
 
 MODES_SHOWN = 9  # modes whose shapes are drawn
@@ -27,16 +28,39 @@ SPREAD, LIFT = 0.63, 0.1
 PRINTED_ROUNDING = 2e-4
 
 
-def panel_section(basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame) -> PageSection:
-    """Return the modes, compared with Table 1 for the panel of the paper."""
+def panel_section(
+    basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame, study: Study | None = None
+) -> PageSection:
+    """Return the modes, compared with Table 1 for the panel of the paper.
+
+    Of the study of a structure also its patches.
+    """
     first = records(modes.head(MODES_SHOWN))
     titles = [_title(row) for row in first]
     values = {
         "shapes": figure_picture("mode_shapes", shapes_figure, basis, titles),
         "shown": len(first),
+        "patches": [] if study is None else _patches(basis, study),
         **_mode_values(modes, printed if is_papers_panel(modes, printed) else None),
     }
-    return template_section("panel.html", "Panel", values)
+    title = "Panel" if basis.tangential_share is None else "Structure"
+    return template_section("panel.html", title, values)
+
+
+def _patches(basis: PanelBasis, study: Study) -> list[dict[str, Any]]:
+    """Return normal, angle of gravity and tangential share of each patch of a structure."""
+    if basis.tangential_share is None:
+        return []
+    shares = zip(basis.patch_names, basis.tangential_share.tolist(), strict=True)
+    return [
+        {
+            "patch": name,
+            "normal": ", ".join(f"{x:.3g}" for x in study.patch_normal(name) or ()),
+            "angles": ", ".join(f"{angle:.0f}°" for angle in study.gravity_angles(name)) or "–",
+            "share": share,
+        }
+        for name, share in shares
+    ]
 
 
 def is_papers_panel(modes: pd.DataFrame, printed: pd.DataFrame) -> bool:

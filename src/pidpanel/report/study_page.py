@@ -115,7 +115,7 @@ def _sections(inputs: PanelInputs) -> Iterator[PageSection]:
         yield measurement_section(inputs.measurements, curves, {**layouts, **names})
     if inputs.margins is not None:
         yield margins_section(study, inputs.margins)
-    yield panel_section(inputs.basis, inputs.modes, inputs.printed)
+    yield panel_section(inputs.basis, inputs.modes, inputs.printed, study)
     if sound:
         yield sound_section(study, sound.bands)
     yield from coupon_sections(inputs)

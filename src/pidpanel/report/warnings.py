@@ -12,6 +12,7 @@ import pandas as pd
 
 from pidpanel.coupled.from_study import estimated_cpu_seconds
 from pidpanel.damping.surface_cases import COUNTED
+from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.resolution import ORDER, element_sizes
 from pidpanel.paths import SECTION
 from pidpanel.report.answer import StudyAnswer
@@ -22,6 +23,7 @@ from pidpanel.report.templates import lines
 from pidpanel.report.text import capitalised, records
 from pidpanel.response import trust
 from pidpanel.solve.mesh_error import ALLOWED_DB, ALLOWED_RMS, decibels, point_shifts
+from pidpanel.structure.any_structure import MOST_TANGENTIAL
 from pidpanel.structure.from_study import studied
 
 NO_VALUES = pd.Series(dtype=float)  # of a column that is not there
@@ -66,10 +68,18 @@ def study_warnings(inputs: Inputs, answer: StudyAnswer | None) -> list[str]:
         or inputs.layouts.loc[~is_atlas, "damping_read_at_g"].notna().any()
         or (reads and inputs.atlas is None),
         "has_atlas": is_atlas.any() or (reads and inputs.atlas is not None),
+        "tangential": _tangential(inputs.basis),
         "power": good["power_balance_error"].max(),
         "coupons": doubted_coupons(inputs.coupons),
     }
     return lines("warnings.html", values)
+
+
+def _tangential(basis: PanelBasis) -> dict[str, float]:
+    """Return the patches of a structure that move more along the surface than across it."""
+    shares = np.zeros(0) if basis.tangential_share is None else basis.tangential_share
+    named = zip(basis.patch_names, shares.tolist(), strict=False)
+    return {name: share for name, share in named if share > MOST_TANGENTIAL}
 
 
 def _doubts(

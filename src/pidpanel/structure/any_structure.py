@@ -20,9 +20,11 @@ from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh, check_names, write_cells
 from pidpanel.panel.supports import Supports
 from pidpanel.shell.selections import Place, Selection
-from pidpanel.structure.surface import Surface, view_axes
+from pidpanel.structure.surface import Surface, tangential_share, view_axes
 
 FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat
+
+MOST_TANGENTIAL = 0.5  # share of the motion of a patch along the surface, above which is a warning
 
 
 class StructureRefused(ValueError):
@@ -95,6 +97,11 @@ class AnyStructure(ABC):
 
     @property
     @abstractmethod
+    def first_motion(self) -> tuple[Array, Array]:
+        """Displacement (n_vertices, 3, n) and mass (n,) of the modes of `first_frequency`."""
+
+    @property
+    @abstractmethod
     def remarks(self) -> list[str]:
         """What of files is not used or unusual."""
 
@@ -111,6 +118,13 @@ class AnyStructure(ABC):
 
         ``damper_mass`` has the heaviest damper of each patch [kg/m²].
         """
+
+    def tangential_shares(self, displacement: Array, mass: Array) -> dict[str, float]:
+        """Return `tangential_share` of the patches by name."""
+        return {
+            name: tangential_share(self.surface, cells, displacement, mass)
+            for name, cells in self.patches.items()
+        }
 
     @property
     def area(self) -> Extent:

@@ -205,6 +205,13 @@ class ForeignStructure(AnyStructure):
         return self.model.frequency
 
     @property
+    def first_motion(self) -> tuple[Array, Array]:
+        """Displacement and mass of the elastic modes."""
+        elastic = self.model.frequency > 0
+        motion = self.model.displacement[self._nodes][..., elastic]
+        return motion, self.model.modal_mass[elastic]
+
+    @property
     def remarks(self) -> list[str]:
         """What of the files is not used or unusual."""
         model = self.model

@@ -31,7 +31,12 @@ from pidpanel.shell.selections import Box, Line, Prism, Ring, Selection, Sphere
 from pidpanel.shell.strains import Layup
 from pidpanel.shell.surface_files import read_deck_surface, read_surface_file
 from pidpanel.solve.base_motion import UNIT, Translation
-from pidpanel.structure.any_structure import AnyStructure, Observation, StructureRefused
+from pidpanel.structure.any_structure import (
+    AnyStructure,
+    Observation,
+    SolvedStructure,
+    StructureRefused,
+)
 from pidpanel.structure.foreign import ForeignStructure
 from pidpanel.structure.shelled import ShellStructure, imprints
 from pidpanel.structure.surface import Surface
@@ -202,11 +207,8 @@ def write_panel(study: Study, output: Files) -> None:
     if isinstance(study.panel, Structure):
         structure = structure_of(study.panel)
         solution = structure.solve(structure.mesh(output.mesh), highest, study.damper_masses())
-        basis, stored, mass = (
-            solution.basis,
-            solution.plate.with_shapes(solution.vectors),
-            solution.mass,
-        )
+        stored, mass = solution.plate.with_shapes(solution.vectors), solution.mass
+        basis = with_tangential_share(structure, solution, highest)
         # none of modes from a file, and of several parts
         section = (
             getattr(solution.plate, "section", None)
@@ -226,6 +228,22 @@ def write_panel(study: Study, output: Files) -> None:
     modes.to_csv(output.table, index=False, float_format="%.8g")
     masses = tables.section_table(section, float(basis.quadrature_weight.sum()), mass)
     masses.to_csv(output.section, index=False, float_format="%.8g")
+
+
+def with_tangential_share(
+    structure: AnyStructure, solution: SolvedStructure, highest: float
+) -> PanelBasis:
+    """Return the basis with the share of the motion along the surface, by patch.
+
+    Of the elastic modes to a frequency [Hz], or of all where there are none.
+    """
+    basis = solution.basis
+    elastic = ~basis.is_residual & (basis.natural_frequency > 0)
+    below = elastic & (basis.natural_frequency <= highest)
+    modes = below if below.any() else elastic
+    motion = solution.plate.motions(solution.vectors[:, modes])
+    shares = structure.tangential_shares(motion, basis.modal_mass[modes])
+    return replace(basis, tangential_share=np.array([shares[n] for n in basis.patch_names]))
 
 
 def _solved_panel(study: Study, panel: StudiedPanel, path: Path) -> tuple[PanelBasis, StoredPlate]:

@@ -61,6 +61,7 @@ def modal_plate(
         quadrature_position=quadrature.position,
         quadrature_weight=quadrature.weight,
         at_quadrature=sp.csr_array(normal),
+        motion_at_vertices=tuple(sp.csr_array(displacement[:, axis]) for axis in range(3)),
         inertia=np.zeros(n),
         reactions=(unheld, unheld),
         quadrature_normal=quadrature.normal,

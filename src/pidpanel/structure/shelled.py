@@ -138,11 +138,22 @@ class ShellStructure(AnyStructure):
         return parts
 
     @cached_property
-    def first_frequency(self) -> Array:
-        """First natural frequencies [Hz] but for rigid motions, on rougher elements."""
+    def _first(self) -> tuple[Array, Array]:
+        """First frequencies but for rigid motions, and displacements, on rougher elements."""
         shell = assemble_shell(self.shell, self.layups, self.attached, order=3)
-        _, frequency, _ = first_modes(shell, FIRST + RIGID)
-        return frequency[frequency > RIGID_SHARE * frequency.max()][:FIRST]
+        _, frequency, shapes = first_modes(shell, FIRST + RIGID)
+        elastic = np.flatnonzero(frequency > RIGID_SHARE * frequency.max())[:FIRST]
+        return frequency[elastic], shell.motions(shapes[:, elastic])
+
+    @property
+    def first_frequency(self) -> Array:
+        """First natural frequencies [Hz] but for rigid motions."""
+        return self._first[0]
+
+    @property
+    def first_motion(self) -> tuple[Array, Array]:
+        """Displacement and mass of these modes, whose modal masses are alike."""
+        return self._first[1], np.ones(len(self._first[0]))
 
     @property
     def remarks(self) -> list[str]:

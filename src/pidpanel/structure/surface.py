@@ -61,6 +61,18 @@ class Surface:
         return int(used[distance.argmin()]), float(distance.min())
 
 
+def tangential_share(surface: Surface, cells: Index, displacement: Array, mass: Array) -> float:
+    """Return the share of the motion along a surface in that of some cells, by its square [1].
+
+    Of modes of equal energy, with displacements (n_vertices, 3, n) and modal masses (n,).
+    """
+    motion = displacement[surface.cells[cells]]
+    normal = np.einsum("ckdn,cd->ckn", motion, surface.cell_normal[cells])
+    weight = surface.area[cells][:, None, None] / mass
+    total = float(np.sum(weight * np.sum(motion**2, axis=2)))
+    return 1 - float(np.sum(weight * normal**2)) / total if total else 0.0
+
+
 def flattened(basis: PanelBasis) -> PanelBasis:
     """Return a basis as it is drawn: a curved surface projected on `view_axes`."""
     if basis.vertex_position.shape[1] == 2:

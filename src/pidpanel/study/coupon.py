@@ -139,6 +139,11 @@ class Coupon(SectionModel):
         return square / (square + z * z) if square else 0.0
 
     @property
+    def gravity_angle_deg(self) -> float:
+        """Angle of `apparent_gravity_g` to the motion, 0 to 90 [°]."""
+        return math.degrees(math.asin(math.sqrt(self.transverse_share)))
+
+    @property
     def bed_mass_per_area(self) -> float:
         """Approximate mass per area of the particles at the highest fill [kg/m²].
 

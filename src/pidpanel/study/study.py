@@ -340,6 +340,16 @@ class Study(CouponStudy):
         """Return the normal of a patch of a structure; None on a panel, where it is z."""
         return getattr(self.panel.patches.get(patch), "normal", None)
 
+    def gravity_angles(self, patch: str) -> list[float]:
+        """Return the angles of gravity to the motion of the beds on a patch [°]."""
+        angles = {
+            round(damper.gravity_angle_deg, 1)
+            for scenario in self.all_scenarios()
+            if patch in scenario.fillings
+            and isinstance(damper := self.damper_in(scenario, patch), BedDamper)
+        }
+        return sorted(angles)
+
     def mapped_scenarios(self) -> tuple[Scenario, ...]:
         """Return the scenarios of ``response.maps``."""
         labels = self.response.maps or (self.all_scenarios()[0].label,)
