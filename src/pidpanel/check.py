@@ -375,13 +375,15 @@ def _check_mesh(
 ) -> Iterator[Mistake]:
     from pidpanel.panel.from_study import StudiedPanel
     from pidpanel.structure.any_structure import StructureRefused
-    from pidpanel.structure.from_study import structure_of
+    from pidpanel.structure.from_study import mistakes_of_normals, structure_of
 
     if isinstance(panel, Structure):
         try:
             structure_of(panel).check(highest)
         except StructureRefused as refused:
             yield Mistake(("panel", *refused.keys), str(refused))
+        else:
+            yield from (mistake.prefix("panel") for mistake in mistakes_of_normals(panel))
         return
     try:
         StudiedPanel(panel).check(highest, damper_mass)

@@ -26,5 +26,5 @@ def test_a_damper_alone_has_the_same_name_as_a_layout_and_in_a_family():
     bare = Scenario(label="bare", fillings={}, oaspl_db=None)
     alone = Scenario(label="third", fillings={"A": filling}, oaspl_db=None)
     both = Scenario(label="both", fillings={"A": filling, "B": filling}, oaspl_db=None)
-    study = SimpleNamespace(all_scenarios=lambda: [bare, alone, both])
+    study = SimpleNamespace(all_scenarios=lambda: [bare, alone, both], panel=None)
     assert list(names_of(study).values()) == ["bare panel", "A, r = 0.5", "both"]

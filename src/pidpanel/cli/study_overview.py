@@ -163,7 +163,7 @@ def _of_panel(study: Study, panel: Panel, estimate: PanelEstimate) -> Iterator[t
 
 def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]:
     """Yield what is checked first of a structure, each with its label."""
-    from pidpanel.structure.any_structure import MOST_TANGENTIAL
+    from pidpanel.structure.any_structure import MOST_TANGENTIAL, WIDE_PATCH
     from pidpanel.structure.from_study import structure_of
 
     structure = structure_of(section)
@@ -178,6 +178,8 @@ def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]
     shares = structure.tangential_shares(*structure.first_motion)
     for name, value in patch_area.items():
         text = f"{name} {value:.4g} m², {shares[name]:.0%} of the motion along the surface"
+        if (spread := structure.normal_spread(name)) > WIDE_PATCH:
+            text += f"; its normals are up to {spread:.0f}° off their mean, which gravity refers to"
         if shares[name] > MOST_TANGENTIAL:
             text += ", which its dampers neither feel nor damp"
         yield "patches", text

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -33,6 +34,7 @@ from pidpanel.report.layout import (
     separate,
 )
 from pidpanel.report.text import number, records
+from pidpanel.structure.any_structure import AnyStructure
 from pidpanel.structure.from_study import AnyPanel
 
 WIDTH = 5.0  # width of a figure at the head of a page [inch]
@@ -84,6 +86,8 @@ def panel_figure(
     _edges(axes, basis, panel.supports)
     names += _patches(axes, basis) if layout is None else _fillings(axes, layout)
     names += _attachments(axes, panel)
+    if isinstance(panel, AnyStructure):
+        _held_parts(axes, panel)
     for name, (x, y) in zip(basis.point_names, basis.point_position.tolist(), strict=True):
         axes.plot(
             x, y, "o", color="white", mec="black", ms=5, mew=1.2, zorder=8, label="response point"
@@ -154,6 +158,17 @@ def _attachments(axes: Axes, panel: AnyPanel) -> list[Annotation]:
         look = {**_SMALL, "color": "#5b2a86", "va": "top"}
         names.append(axes.annotate(name, (x, y), (0, -4), **look))
     return names
+
+
+def _held_parts(axes: Axes, structure: AnyStructure) -> None:
+    """Draw stiffeners, supports, feet and masses of a structure."""
+    if len(lines := structure.stiffener_lines):
+        look: dict[str, Any] = {"colors": "#5b2a86", "linewidths": 2.0, "linestyles": "dotted"}
+        axes.add_collection(LineCollection(list(lines), label="stiffener", zorder=4, **look))
+    dots = [shapely.get_coordinates(part) for part in structure.obstacles]
+    if dots:
+        x, y = np.concatenate(dots).T
+        axes.plot(x, y, "s", color="#8c1515", ms=2, zorder=6, label="support, foot or mass")
 
 
 def _edges(axes: Axes, basis: PanelBasis, supports: Supports) -> None:

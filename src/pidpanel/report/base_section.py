@@ -38,7 +38,11 @@ Names = Mapping[str, str]  # names of the scenarios by label, without a sound le
 
 
 def base_section(
-    base: BaseResults, names: Names, points: Sequence[str], thickness_mm: float
+    base: BaseResults,
+    names: Names,
+    points: Sequence[str],
+    thickness_mm: float,
+    direction: str = "the normal",
 ) -> html.PageSection:
     """Return the section of base motion on a panel of a thickness [mm]."""
     random = sine = None
@@ -57,11 +61,13 @@ def base_section(
         "has_notches": base.notched is not None,
         "random": random,
         "sine": sine,
+        "direction": direction,
     }
     moved = base.modes[base.modes["effective_mass_share"] > LEAST_SHARE]
     heaviest = moved.nlargest(MODES_SHOWN, "effective_mass_kg").sort_values("frequency_hz")
     rest = {
         "pictures": further,
+        "direction": direction,
         "notches": None if base.notched is None else _notches(base.notched, names),
         "sine": sine if random else None,
         "sine_pictures": sine_pictures if random else [],

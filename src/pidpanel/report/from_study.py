@@ -82,11 +82,13 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
     panel, measured = folder / "panel", None
     if study.measurements:
         measured = inputs.read_measurements(folder / "measurement")
+    basis = read_basis(panel / "modes.nc")
     return inputs.PanelInputs(
         study=study,
         stamp=stamp(study),
         modes=read_csv(panel / "modes.csv"),
-        basis=flattened(read_basis(panel / "modes.nc")),
+        basis=flattened(basis),
+        in_space=basis if basis.vertex_position.shape[1] == 3 else None,
         section=read_csv(panel / "section.csv"),
         printed=pd.read_csv(PAPER_TABLE, comment="#"),
         coupons={

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -298,6 +299,7 @@ class Page:
     setting: str = ""  # what hangs where, and where the level was measured
     first: Sequence[Block] = ()  # shown below it: the table, the drawing, the curves that decide
     caveats: Sequence[str] = ()  # what a reader must know before using the answer
+    noun: str = "panel"  # what the study is of
 
     @property
     def pictures(self) -> list[Picture]:
@@ -328,7 +330,8 @@ def render(page: Page, folder: Path = PAGES) -> str:
         if repeated:
             raise ValueError(f"{kind} with the same name: {', '.join(repeated)}")
     libraries = {path.name: path.read_text(encoding="utf-8") for path in LIBRARIES}
-    return environment(folder).get_template("page.html").render(page=page, libraries=libraries)
+    text = environment(folder).get_template("page.html").render(page=page, libraries=libraries)
+    return re.sub(r"\b([Tt]he|[Bb]are)(\s+)panel", rf"\1\2{page.noun}", text)
 
 
 def write_page(page: Page, file: Path, figures: Path) -> None:

@@ -118,6 +118,7 @@ class PanelInputs:
     measurements: MeasurementResults | None = None  # None without the section ``measurements``
     margins: pd.DataFrame | None = None  # ``severity/margins.csv``; None without limits
     proposal: ProposalResults | None = None  # None without the section ``optimise``
+    in_space: PanelBasis | None = None  # of a curved surface; ``basis`` is as it is drawn
 
     @property
     def names(self) -> dict[str, str]:

@@ -12,6 +12,7 @@ from pidpanel.study import Scenario as Scenario
 from pidpanel.study import Study as Study
 from pidpanel.study.claims import Claim as Claim
 from pidpanel.study.severity import Severity as Severity
+from pidpanel.study.structure import Structure
 
 SAME_LEVEL = 0.05  # difference of two levels below which they are written alike [dB]
 
@@ -59,6 +60,19 @@ def layouts_of(study: Study) -> list[Scenario]:
     return [scenario for name in study.layouts for scenario in study.family_scenarios(name)]
 
 
+def noun_of(study: Study) -> str:
+    """Return what a study is of: a panel or a structure."""
+    return "structure" if isinstance(study.panel, Structure) else "panel"
+
+
+def motion_of(study: Study) -> str:
+    """Return the direction of the base motion in words."""
+    if not isinstance(study.panel, Structure) or study.base is None:
+        return "the normal"
+    x, y, z = study.base.direction or (0.0, 0.0, 1.0)
+    return f"({x:g}, {y:g}, {z:g})"
+
+
 def names_of(study: Study) -> dict[str, str]:
     """Return the names of scenarios by label, with the level where the study has several.
 
@@ -71,7 +85,8 @@ def names_of(study: Study) -> dict[str, str]:
         level = scenario.oaspl_db
         suffix = f", {level:g} dB" if several and level is not None else ""
         is_several = len(scenario.fillings) > 1
-        names[scenario.label] = scenario.label if is_several else scenario.name + suffix
+        name = f"bare {noun_of(study)}" if scenario.is_bare else scenario.name
+        names[scenario.label] = scenario.label if is_several else name + suffix
     used = list(names.values())
     return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 

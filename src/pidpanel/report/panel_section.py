@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
+from pidpanel.report import style
 from pidpanel.report.html import PageSection, figure_picture, template_section
 from pidpanel.report.layout import WIDTH, add_colour_bar, draw_field
 from pidpanel.report.names import Study
@@ -29,17 +31,22 @@ PRINTED_ROUNDING = 2e-4
 
 
 def panel_section(
-    basis: PanelBasis, modes: pd.DataFrame, printed: pd.DataFrame, study: Study | None = None
+    basis: PanelBasis,
+    modes: pd.DataFrame,
+    printed: pd.DataFrame,
+    study: Study | None = None,
+    in_space: PanelBasis | None = None,
 ) -> PageSection:
     """Return the modes, compared with Table 1 for the panel of the paper.
 
-    Of the study of a structure also its patches.
+    Of the study of a structure also its patches, and a curved one from three sides.
     """
     first = records(modes.head(MODES_SHOWN))
     titles = [_title(row) for row in first]
     values = {
         "shapes": figure_picture("mode_shapes", shapes_figure, basis, titles),
         "shown": len(first),
+        "views": None if in_space is None else figure_picture("views", views_figure, in_space),
         "patches": [] if study is None else _patches(basis, study),
         **_mode_values(modes, printed if is_papers_panel(modes, printed) else None),
     }
@@ -90,6 +97,31 @@ def _mode_values(modes: pd.DataFrame, printed: pd.DataFrame | None) -> dict[str,
 def _title(row: dict[str, Any]) -> str:
     order = f" ({row['m']}, {row['n']})," if "m" in row else ""
     return f"{row['mode']}:{order} {row['frequency_hz']:.2f} Hz"
+
+
+def views_figure(basis: PanelBasis) -> Figure:
+    """Draw a surface in space from three sides, with its patches and points."""
+    vertices, cells = basis.vertex_position, basis.cells
+    size, colours = np.ptp(vertices, axis=0), np.full((len(cells), 3), 0.93)
+    for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
+        colours[inside] = to_rgb(style.place_colour(name, basis.patch_names))
+    views = ((0, 1, 2), (0, 2, 1), (1, 2, 0))  # to the right, up, and towards the eye or from it
+    widths = [max(size[right], 0.1 * size.max()) for right, *_ in views]
+    height = WIDTH / sum(widths) * max(size[1], size[2]) + 0.6
+    figure = Figure(figsize=(WIDTH, min(height, 6.0)), layout="constrained")
+    panes = figure.subplots(1, 3, gridspec_kw={"width_ratios": widths})
+    for axes, (right, up, depth) in zip(panes, views, strict=True):
+        towards = -1.0 if depth == 1 else 1.0  # one looks along +y, or against z and x
+        order = np.argsort(towards * vertices[cells, depth].mean(axis=1))
+        corners = vertices[cells[order]][..., [right, up]]
+        look: dict[str, Any] = {"edgecolors": "#777777", "linewidths": 0.25}
+        axes.add_collection(PolyCollection(list(corners), facecolors=colours[order], **look))
+        for name, place in zip(basis.point_names, basis.point_position, strict=True):
+            axes.plot(place[right], place[up], "o", color="white", mec="black", ms=4)
+            axes.annotate(name, (place[right], place[up]), (3, 3), textcoords="offset points")
+        axes.set(xlabel=f"{'xyz'[right]}, m", ylabel=f"{'xyz'[up]}, m", aspect="equal")
+        axes.autoscale_view()
+    return figure
 
 
 def shapes_figure(basis: PanelBasis, titles: Sequence[str]) -> Figure:

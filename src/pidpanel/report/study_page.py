@@ -27,7 +27,14 @@ from pidpanel.report.maps_section import maps_section
 from pidpanel.report.margins_section import margin_lines, margins_section
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
-from pidpanel.report.names import CouponStudy, family_of, model_title, with_names
+from pidpanel.report.names import (
+    CouponStudy,
+    family_of,
+    model_title,
+    motion_of,
+    noun_of,
+    with_names,
+)
 from pidpanel.report.optimise_section import optimise_section, proposal_choice, proposal_headline
 from pidpanel.report.panel_section import panel_section
 from pidpanel.report.response_section import layouts_section, response_section
@@ -59,6 +66,7 @@ def _page(inputs: PanelInputs, warnings: Sequence[str], steps: Steps, **parts: A
         facts=study_facts(inputs),
         assumptions=inputs.study.assumptions,
         steps=steps,
+        noun=noun_of(inputs.study),
         **parts,
     )
 
@@ -115,7 +123,7 @@ def _sections(inputs: PanelInputs) -> Iterator[PageSection]:
         yield measurement_section(inputs.measurements, curves, {**layouts, **names})
     if inputs.margins is not None:
         yield margins_section(study, inputs.margins)
-    yield panel_section(inputs.basis, inputs.modes, inputs.printed, study)
+    yield panel_section(inputs.basis, inputs.modes, inputs.printed, study, inputs.in_space)
     if sound:
         yield sound_section(study, sound.bands)
     yield from coupon_sections(inputs)
@@ -144,7 +152,9 @@ def _under_sound(
         titles = {s.dampers: model_title(study, s) for s in study.all_scenarios()}
         yield verdict_section(verdict, points, titles)
     if inputs.base is not None:
-        yield base_section(inputs.base, layouts, points, study.panel.section.thickness_mm)
+        yield base_section(
+            inputs.base, layouts, points, study.panel.section.thickness_mm, motion_of(study)
+        )
     if inputs.maps is not None:
         yield maps_section(inputs.maps, inputs.basis.cell_in_patch, names)
     yield summary_section(study, inputs.summary)
@@ -163,7 +173,7 @@ def shaker_page(inputs: PanelInputs, steps: Steps) -> Page:
     if base is None:
         raise ValueError(f"{study.name}: a page without sound and base motion")
     thickness = study.panel.section.thickness_mm
-    on_shaker = base_section(base, names, list(study.panel.points), thickness)
+    on_shaker = base_section(base, names, list(study.panel.points), thickness, motion_of(study))
     answer, *summary = _findings(base, names)
     proposed, designs = [], []
     if inputs.proposal is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.supports import Block, null_space
 from pidpanel.shell.mesh import ShellMesh
-from pidpanel.shell.selections import Place, Selection
+from pidpanel.shell.selections import Line, Place, Selection
 
 AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -74,7 +74,7 @@ class Stiffener:
     surface's, makes twist 3 to 9 % too stiff.
     """
 
-    where: Selection
+    where: Line
     youngs_modulus: float  # [Pa]
     shear_modulus: float  # [Pa]
     density: float  # [kg/m³]

@@ -18,6 +18,7 @@ ORDERS = {2: 1, 9: 2, 21: 3, 23: 4}  # order of gmsh's triangles by the number o
 MOST = 50_000  # elements
 REACH = 100.0  # of what is projected, from the origin or from its centre [m]
 ROUND = 8  # least number of elements round a circle
+FLAT = 1e-4  # distance of the corners of a panel from its plane, over their extent
 Tags = list[tuple[int, int]]
 Drawing = Callable[[], Mapping[str, Tags]]  # draws with gmsh's OCC; surfaces of each part by name
 
@@ -68,6 +69,7 @@ def flat_panels(corners: Mapping[str, Sequence[Place]]) -> Drawing:
         occ = gmsh.model.occ
         surfaces = {}
         for name, places in corners.items():
+            _check_plane(name, np.array(places, dtype=float))
             points = [occ.addPoint(*place) for place in places]
             ends = zip(points, points[1:] + points[:1], strict=True)
             loop = occ.addCurveLoop([occ.addLine(*pair) for pair in ends])
@@ -75,6 +77,13 @@ def flat_panels(corners: Mapping[str, Sequence[Place]]) -> Drawing:
         return surfaces
 
     return draw
+
+
+def _check_plane(name: str, corners: Array) -> None:
+    arm = corners - corners.mean(axis=0)
+    extent = np.linalg.svd(arm, compute_uv=False)
+    if extent[2] > FLAT * extent[0] or extent[1] < FLAT * extent[0]:
+        raise ValueError(f"{name}: its corners must be in one plane, and in no line")
 
 
 def mesh_surface(

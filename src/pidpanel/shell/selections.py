@@ -69,6 +69,11 @@ class Line:
     start: Place
     end: Place
 
+    @property
+    def length(self) -> float:
+        """Distance of the ends [m]."""
+        return float(np.linalg.norm(np.subtract(self.end, self.start)))
+
     def contains(self, position: Array, slack: float = 0.0) -> Flags:
         """Return whether positions (..., 3) are on the line."""
         arm, step = position - np.array(self.start), np.subtract(self.end, self.start)

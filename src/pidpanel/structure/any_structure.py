@@ -24,6 +24,7 @@ from pidpanel.structure.surface import Surface, tangential_share, view_axes
 
 FLAT = 1e-4  # largest distance from a plane over the size of a surface that is flat
 
+WIDE_PATCH = 20.0  # angle of normals to their mean that is reported [°]
 MOST_TANGENTIAL = 0.5  # share of the motion of a patch along the surface, above which is a warning
 
 
@@ -126,6 +127,17 @@ class AnyStructure(ABC):
             for name, cells in self.patches.items()
         }
 
+    def mean_normal(self, patch: str) -> Array:
+        """Return the mean normal (3,) of a patch."""
+        cells = self.patches[patch]
+        mean = self.surface.area[cells] @ self.surface.cell_normal[cells]
+        return np.asarray(mean / np.linalg.norm(mean))
+
+    def normal_spread(self, patch: str) -> float:
+        """Return the largest angle of the normals of a patch to their mean [°]."""
+        cosine = self.surface.cell_normal[self.patches[patch]] @ self.mean_normal(patch)
+        return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
+
     @property
     def area(self) -> Extent:
         """Area of the loaded surface."""
@@ -159,6 +171,11 @@ class AnyStructure(ABC):
     def obstacles(self) -> list[BaseGeometry]:
         """Supports and masses, as they are drawn; none are known of modes."""
         return []
+
+    @property
+    def stiffener_lines(self) -> Array:
+        """(n, 2, 2) ends of stiffeners, as they are drawn [m]; none are known of modes."""
+        return np.zeros((0, 2, 2))
 
     def placed(self, position: Array) -> Array:
         """Return positions in the plane of a flat surface, or as they are."""

@@ -69,9 +69,9 @@ class ForeignStructure(AnyStructure):
     @cached_property
     def surface(self) -> Surface:
         """The loaded surface, its vertices those of its cells."""
-        outward = self.outward
+        outward, (cells, _) = self.outward, self._cells
         try:
-            cells = oriented(self.model.position, self._cells[0], outward and np.array(outward))
+            cells = oriented(self.model.position, cells, outward and np.array(outward))
         except ValueError as error:
             raise StructureRefused(("outward",), str(error)) from error
         number = np.searchsorted(self.nodes, cells)

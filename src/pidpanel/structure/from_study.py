@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -41,12 +42,14 @@ from pidpanel.structure.foreign import ForeignStructure
 from pidpanel.structure.shelled import ShellStructure, imprints
 from pidpanel.structure.surface import Surface
 from pidpanel.study import Study
+from pidpanel.study.mistakes import Mistake
 from pidpanel.study.panel import Panel
 from pidpanel.study.places import SurfaceArea
 from pidpanel.study.shell import Foot, Shell, ShellSupportInput, StiffenerInput
 from pidpanel.study.structure import ModesFile, Structure
 
 AnyPanel = StudiedPanel | AnyStructure
+LEAST_COSINE = 0.5  # of a stated normal of a patch with the mean one
 
 
 def studied(section: Panel | Structure) -> AnyPanel:
@@ -176,14 +179,24 @@ def with_normals(section: Structure) -> Structure:
     if not section.patches:
         return section
     structure = structure_of(section)
-    vectors = structure.surface.cell_normal * structure.surface.area[:, None]
     patches = {}
     for name, area in section.patches.items():
-        mean = vectors[structure.patches[name]].sum(axis=0)
-        unit = (mean / np.linalg.norm(mean)).round(3) + 0.0
-        normal = area.normal or tuple(unit.tolist())
+        normal = area.normal or tuple((structure.mean_normal(name).round(3) + 0.0).tolist())
         patches[name] = area.model_copy(update={"normal": normal})
     return section.model_copy(update={"patches": patches})
+
+
+def mistakes_of_normals(section: Structure) -> Iterator[Mistake]:
+    """Yield stated normals of patches that are none."""
+    structure = structure_of(section)
+    for name, area in section.patches.items():
+        if area.normal is None:
+            continue
+        mean = structure.mean_normal(name)
+        if mean @ area.normal < LEAST_COSINE * np.linalg.norm(area.normal):
+            text = ", ".join(f"{x:.3g}" for x in mean.tolist())
+            message = f"must be within 60° of the mean normal of its elements, ({text})"
+            yield Mistake(("patches", name, "normal"), message)
 
 
 def write_panel(study: Study, output: Files) -> None:

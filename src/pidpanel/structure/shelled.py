@@ -17,7 +17,7 @@ from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.modes import first_modes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.shell.assembly import AssembledShell, Attached, assemble_shell
-from pidpanel.shell.attachments import PointMass, RigidFoot, ShellSupport
+from pidpanel.shell.attachments import Hinge, PointMass, RigidFoot, ShellSupport, Stiffener
 from pidpanel.shell.mesh import ShellMesh
 from pidpanel.shell.resolution import (
     MOST_BULGE,
@@ -41,9 +41,16 @@ from pidpanel.structure.surface import Surface
 
 FIRST, RIGID = 6, 6  # natural frequencies that are listed first, and motions of a body
 ROUNDING = 1e-6  # of places, over the size of the surface
+ALONG = 0.99  # least share of a stiffener on the surface
 RIGID_SHARE = 1e-3  # frequency of a rigid motion, by rounding, over that of a mode
 # Elements over the size that keeps frequencies within 0.1 %, above which a study is refused.
 LONGEST = 1.5
+
+# Keys of what is attached to a shell
+KEYS = {
+    ShellSupport: "supports", RigidFoot: "feet", PointMass: "masses", Hinge: "hinges",
+    Stiffener: "stiffeners",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -75,7 +82,8 @@ class ShellStructure(AnyStructure):
             try:
                 patches[name] = mesh.selected(area, name)
             except ValueError as error:
-                raise StructureRefused(where, str(error)) from error
+                message = "no element of the surface has its middle there"
+                raise StructureRefused(where, message) from error
         points = {}
         for name, point in self.observations.items():
             if point.position is None:
@@ -137,6 +145,14 @@ class ShellStructure(AnyStructure):
                 parts.append(drawn_cells(vertices, surface.cells[inside]))
         return parts
 
+    @property
+    def stiffener_lines(self) -> Array:
+        """(n, 2, 2) ends of stiffeners, as they are drawn [m]."""
+        origin, axes = self.view
+        lines = [p.where for p in self.attached.values() if isinstance(p, Stiffener)]
+        ends = np.array([(line.start, line.end) for line in lines]).reshape(-1, 2, 3)
+        return np.asarray((ends - origin) @ axes)
+
     @cached_property
     def _first(self) -> tuple[Array, Array]:
         """First frequencies but for rigid motions, and displacements, on rougher elements."""
@@ -174,6 +190,26 @@ class ShellStructure(AnyStructure):
             allowed = f"{1e3 * MOST_BULGE * thinnest:.2g} mm is allowed; mesh it finer"
             raise StructureRefused(("shell", "form"), message + allowed)
         super().check(highest, damper_mass)
+        for name, part in self.attached.items():
+            try:
+                self._check_place(part, name)
+            except ValueError as error:
+                message = str(error).rpartition(": ")[2]
+                raise StructureRefused(("shell", KEYS[type(part)], name), message) from error
+
+    def _check_place(self, part: Attached, name: str) -> None:
+        """Refuse (`ValueError`) what is attached off the surface."""
+        if isinstance(part, ShellSupport | RigidFoot):
+            self.shell.selected_nodes(part.where, self.shell.order, name)
+        elif isinstance(part, PointMass):
+            self.shell.locate(np.array([part.position]))
+        elif isinstance(part, Stiffener):
+            _, position = self.shell.nodes(self.shell.order)
+            nodes = position[self.shell.selected_edges(part.where, self.shell.order)]
+            on_it = float(np.linalg.norm(np.diff(nodes, axis=1), axis=2).sum())
+            if on_it < ALONG * part.where.length:
+                message = f"{on_it:.3g} m of its {part.where.length:.3g} m are on the surface"
+                raise ValueError(message)
 
     def solve(
         self, mesh: PanelMesh, highest: float, damper_mass: dict[str, float]

@@ -8,8 +8,9 @@ from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Acceleration, SectionModel, Vector, file_in
+from pidpanel.study.base import Acceleration, SectionModel, file_in
 from pidpanel.study.mistakes import Mistake
+from pidpanel.study.places import Along
 from pidpanel.study.quantity import Quantity
 from pidpanel.study.response import LEAST_SPAN
 
@@ -84,7 +85,7 @@ class BaseMotion(SectionModel):
     """Sine sweep."""
     notching: Notching | None = None
     """Limits that lower the random motion; those of ``limits`` judge and lower nothing."""
-    direction: Vector | None = None
+    direction: Along | None = None
     """Direction of the motion of a structure (x, y, z); by default z. A panel moves along its
     normal."""
     steady_acceleration_g: Acceleration | None = None

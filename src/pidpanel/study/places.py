@@ -1,5 +1,7 @@
 """Places of a structure in space: areas of its surface, points, directions."""
 
+import itertools
+import math
 from collections.abc import Iterator
 from typing import Annotated, ClassVar
 
@@ -11,6 +13,7 @@ from pidpanel.study.quantity import Quantity, whole
 
 Place = tuple[Coordinate, Coordinate, Coordinate]
 Direction = tuple[float, float, float]
+NO_AREA = 1e-6  # area of a polygon over the square of its size, by rounding
 
 
 def _check_direction(direction: Direction) -> Direction:
@@ -20,6 +23,17 @@ def _check_direction(direction: Direction) -> Direction:
 
 
 Along = Annotated[Direction, AfterValidator(_check_direction)]
+
+
+def _has_area(corners: tuple[Place, ...], along: Direction) -> bool:
+    """Return whether a polygon has an area as it is projected along a direction."""
+    arms = [[x - x0 for x, x0 in zip(corner, corners[0], strict=True)] for corner in corners[1:]]
+    pairs = itertools.pairwise(arms)
+    area = math.fsum(
+        along[k] * (a[k - 2] * b[k - 1] - a[k - 1] * b[k - 2]) for a, b in pairs for k in range(3)
+    )
+    size = max(math.hypot(*arm) for arm in arms)
+    return abs(area) > NO_AREA * size**2 * math.hypot(*along)
 
 
 class SurfaceArea(SectionModel):
@@ -55,6 +69,8 @@ class SurfaceArea(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         if self.radii_m is not None and self.radii_m[0] >= self.radii_m[1]:
             yield Mistake(("radii_m",), "must have the smaller radius first")
+        if self.corners_m and self.along and not _has_area(self.corners_m, self.along):
+            yield Mistake(("corners_m",), "must be no line as seen along the direction of along")
         if self.from_m and self.to_m:
             for axis, (low, high) in enumerate(zip(self.from_m, self.to_m, strict=True)):
                 if low >= high:

@@ -1,0 +1,117 @@
+"""Patches of structures: their motion along the surface, their normals, what is refused of them."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pidpanel import Model, StudyError
+from pidpanel.panel.files import read_basis
+from pidpanel.report.panel_section import panel_section
+from pidpanel.structure.from_study import structure_of
+from pidpanel.structure.surface import Surface, tangential_share, view_axes
+from tests.page_reader import blocks_of
+from tests.structures import AXES, COMMON, CURVED, NORMAL, in_space
+
+SQUARE = Surface(in_space([[0, 0], [1, 0], [1, 1], [0, 1]]), np.array([[0, 1, 2, 3]]))
+
+
+def test_the_tangential_share_is_that_of_modes_of_equal_energy():
+    across, along = np.outer(np.ones(4), NORMAL), np.outer(np.ones(4), AXES[0])
+    motion = np.stack([across, 2 * along, 0.6 * across + 0.8 * along], axis=2)
+    inside = np.array([0])
+
+    def share(modes, mass):
+        return tangential_share(SQUARE, inside, motion[:, :, modes], np.array(mass))
+
+    assert share([0], [3.0]) == pytest.approx(0, abs=1e-12)
+    assert share([1], [3.0]) == pytest.approx(1)
+    assert share([2], [3.0]) == pytest.approx(0.64)
+    # squares over modal masses: 1/2 across, 4/8 along
+    assert share([0, 1], [2.0, 8.0]) == pytest.approx(0.5)
+
+
+def arch(**patch):
+    structure = {**CURVED, "patches": {"P": {**CURVED["patches"]["P"], **patch}}}
+    bed = {
+        "particles": {"diameter_mm": 2, "density_kg_m3": 1190, "restitution": 0.8, "friction": 0.3},
+        "cell": {"across_flats_mm": 6.35, "depth_mm": 12}, "model": "atlas",
+        "gravity_direction": [0, 0.6, -0.8],
+    }  # fmt: skip
+    scenario = {"one": {"patch": "P", "fill_fraction": 0.5}}
+    return {
+        **COMMON, "name": "arch", "structure": structure, "dampers": {"bed": bed},
+        "response": {"frequency_hz": [30, 150]}, "scenarios": scenario,
+    }  # fmt: skip
+
+
+def test_the_page_has_normal_angle_and_share_of_each_patch():
+    model = Model(arch())
+    basis = read_basis(model._stages.files("panel").modes)
+    assert 0 < basis.tangential_share[0] < 0.2
+    modes = pd.DataFrame({"mode": [1], "frequency_hz": [50.0], "modal_mass_kg": [1.0]})
+    section = panel_section(basis, modes, pd.DataFrame(), model.study, basis)
+    table = next(block for block in blocks_of(section) if "normal" in str(vars(block)))
+    assert table.rows == [["P", "0, 0, 1", "37°", table.rows[0][-1]]]  # acos 0.8
+    assert 0 < float(table.rows[0][-1].split()[0]) < 20
+
+
+@pytest.mark.parametrize("normal", [[1, 0, 0], [0, 0, -1]])
+def test_a_normal_that_is_none_is_refused(normal):
+    with pytest.raises(StudyError, match=r"structure\.patches\.P\.normal.*within 60°"):
+        Model(arch(normal=normal))
+
+
+@pytest.mark.parametrize("along", [[1, 0, 0], [1, 1, 0]])
+def test_a_polygon_that_is_a_line_in_its_projection_is_refused(along):
+    values = arch()
+    corners = [[0.2, -0.1, 1], [0.4, -0.1, 1], [0.4, 0.1, 1]]
+    values["structure"]["patches"]["P"] = {"corners_m": corners, "along": along}
+    with pytest.raises(StudyError, match=r"structure\.patches\.P\.corners_m.*no line"):
+        Model(values)
+
+
+ELSEWHERE = {"from_m": [5, 5, 5], "to_m": [6, 6, 6]}
+BLADE = {
+    "width_mm": 4, "height_mm": 20, "offset_mm": 11.5, "youngs_modulus_gpa": 70,
+    "density_kg_m3": 2700,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("attached", "key"),
+    [
+        ({"supports": {"x": {"where": ELSEWHERE}}}, "supports.x"),
+        ({"feet": {"x": {"where": ELSEWHERE, "centre_m": [5, 5, 5]}}}, "feet.x"),
+        ({"masses": {"x": {"at_m": [0.4, 0, 2], "mass_kg": 0.1}}}, "masses.x"),
+        (
+            {"stiffeners": {"x": {"from_m": [0, 0, 1], "to_m": [1.2, 0, 1], **BLADE}}},
+            "stiffeners.x",
+        ),
+    ],
+)
+def test_what_is_attached_off_the_surface_is_refused(attached, key):
+    values = arch()
+    values["structure"] = {**values["structure"], "shell": {**CURVED["shell"], **attached}}
+    with pytest.raises(StudyError, match=rf"structure\.shell\.{key}"):
+        Model(values)
+
+
+def test_a_panel_whose_corners_are_in_no_plane_is_refused():
+    values = arch()
+    corners = {"warped": [[0, 0, 0], [1, 0, 0], [1, 1, 0.2], [0, 1, 0]]}
+    form = {"kind": "panels", "corners_m": corners}
+    values["structure"] = {**values["structure"], "shell": {**CURVED["shell"], "form": form}}
+    with pytest.raises(StudyError, match=r"structure\.shell\.form.*one plane"):
+        Model(values)
+
+
+def test_the_view_of_a_rectangle_is_along_its_sides():
+    place = in_space([[0, 0], [1.5, 0], [1.5, 1], [0, 1]])
+    drawn = place @ view_axes(Surface(place, np.array([[0, 1, 2, 3]])))
+    assert sorted(np.ptp(drawn, axis=0)) == pytest.approx([1.0, 1.5])
+
+
+def test_normals_of_a_wide_patch_spread():
+    structure = structure_of(Model(arch(radius_m=0.3)).study.panel)
+    # to the middles of elements, arcs within 0.3 m of the crown of a cylinder of 1 m
+    assert 10 < structure.normal_spread("P") < np.degrees(0.3)
