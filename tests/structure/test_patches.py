@@ -105,6 +105,26 @@ def test_a_panel_whose_corners_are_in_no_plane_is_refused():
         Model(values)
 
 
+def test_an_axis_along_the_normal_of_a_wall_is_refused():
+    values = arch()
+    corners = {
+        "floor": [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+        "wall": [[1, 0, 1], [1, 1, 1], [1, 1, 1.5], [1, 0, 1.5]],
+    }
+    sandwich = {
+        "kind": "sandwich", "core": {"thickness_mm": 20, "grade": "1/4-5056-0.0007"},
+        "faces": [{"material": "skin", "thickness_mm": 0.3}],
+        "materials": {
+            "skin": {"youngs_modulus_gpa": 70, "poissons_ratio": 0.3, "density_kg_m3": 2700}
+        },
+    }  # fmt: skip
+    form = {"kind": "panels", "corners_m": corners}
+    shell = {**CURVED["shell"], "form": form, "section": sandwich}
+    values["structure"] = {**values["structure"], "shell": shell}
+    with pytest.raises(StudyError, match=r"structure\.shell.*axis"):
+        Model(values)
+
+
 def test_the_view_of_a_rectangle_is_along_its_sides():
     place = in_space([[0, 0], [1.5, 0], [1.5, 1], [0, 1]])
     drawn = place @ view_axes(Surface(place, np.array([[0, 1, 2, 3]])))

@@ -177,7 +177,7 @@ def _of_structure(study: Study, section: Structure) -> Iterator[tuple[str, str]]
     patch_area = {name: float(area[inside].sum()) for name, inside in structure.patches.items()}
     shares = structure.tangential_shares(*structure.first_motion)
     for name, value in patch_area.items():
-        text = f"{name} {value:.4g} m², {shares[name]:.0%} of the motion along the surface"
+        text = f"{name} {value:.4g} m², {100 * shares[name]:.0f} % of the motion along the surface"
         if (spread := structure.normal_spread(name)) > WIDE_PATCH:
             text += f"; its normals are up to {spread:.0f}° off their mean, which gravity refers to"
         if shares[name] > MOST_TANGENTIAL:

@@ -18,7 +18,7 @@ from pidpanel.panel.modes import first_modes
 from pidpanel.panel.shapes import MODES_BEYOND, panel_shapes
 from pidpanel.shell.assembly import AssembledShell, Attached, assemble_shell
 from pidpanel.shell.attachments import Hinge, PointMass, RigidFoot, ShellSupport, Stiffener
-from pidpanel.shell.mesh import ShellMesh
+from pidpanel.shell.mesh import ShellMesh, reference_nodes
 from pidpanel.shell.resolution import (
     MOST_BULGE,
     bending_thickness,
@@ -28,7 +28,7 @@ from pidpanel.shell.resolution import (
     smallest_radius,
 )
 from pidpanel.shell.selections import Selection
-from pidpanel.shell.strains import Layup
+from pidpanel.shell.strains import Layup, frames
 from pidpanel.structure.any_structure import (
     AnyStructure,
     SolvedStructure,
@@ -190,6 +190,11 @@ class ShellStructure(AnyStructure):
             allowed = f"{1e3 * MOST_BULGE * thinnest:.2g} mm is allowed; mesh it finer"
             raise StructureRefused(("shell", "form"), message + allowed)
         super().check(highest, damper_mass)
+        try:
+            for name, layup in self.layups.items():
+                frames(self.shell, 1, reference_nodes(1), self.shell.part_cells[name], layup)
+        except ValueError as error:
+            raise StructureRefused(("shell", "axis"), str(error)) from error
         for name, part in self.attached.items():
             try:
                 self._check_place(part, name)

@@ -30,7 +30,7 @@ class Optimise(SectionModel):
     mass_kg: Annotated[float, Quantity(0, 1000, low_itself=False, unit="mass")]
     """Mass budget of all dampers together [kg]."""
     patch_size_m: tuple[Size, Size]
-    """Lengths of a patch along x and y [m]."""
+    """Lengths of a patch along x and y [m]; on a structure in the axes of its drawing."""
     patches_at_most: Annotated[int, whole(1, MOST_PATCHES)] = 3
     """Largest number of patches in a layout."""
     spacing_m: tuple[Size, Size] | None = None
