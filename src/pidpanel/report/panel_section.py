@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -41,10 +42,15 @@ def panel_section(
 
     Of the study of a structure also its patches, and a curved one from three sides.
     """
-    first = records(modes.head(MODES_SHOWN))
+    shown, drawn = modes, basis
+    if basis.tangential_share is not None:  # rigid motions are mostly along the surface
+        shown = modes[modes["frequency_hz"] > 0]
+        shapes = basis.shape_at_vertices[:, shown["mode"].to_numpy() - 1]
+        drawn = replace(basis, shape_at_vertices=shapes)
+    first = records(shown.head(MODES_SHOWN))
     titles = [_title(row) for row in first]
     values = {
-        "shapes": figure_picture("mode_shapes", shapes_figure, basis, titles),
+        "shapes": figure_picture("mode_shapes", shapes_figure, drawn, titles),
         "shown": len(first),
         "views": None if in_space is None else figure_picture("views", views_figure, in_space),
         "patches": [] if study is None else _patches(basis, study),

@@ -208,7 +208,7 @@ class ForeignStructure(AnyStructure):
     def first_motion(self) -> tuple[Array, Array]:
         """Displacement and mass of the elastic modes."""
         elastic = self.model.frequency > 0
-        motion = self.model.displacement[self._nodes][..., elastic]
+        motion = self.model.displacement[self.nodes][..., elastic]
         return motion, self.model.modal_mass[elastic]
 
     @property
