@@ -1,12 +1,14 @@
 """Shells that are meshed here: a flat one is a panel, a reflector is that of another solver."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from pidpanel import Model
+from pidpanel.panel.files import read_basis
 from pidpanel.structure.from_study import structure_of
 from pidpanel.study import StudyError
-from tests.structures import COMMON, PANEL
+from tests.structures import COMMON, CURVED, PANEL
 
 SANDWICH = {
     "kind": "sandwich",
@@ -130,3 +132,19 @@ def test_strengths_of_several_sections_are_refused():
     }  # fmt: skip
     with pytest.raises(StudyError, match=r"severity\.strength.*stresses are not computed"):
         Model(study)
+
+
+def test_base_motion_of_a_shell_without_patches_has_the_mesh_error_of_its_modes():
+    end = {"end": {"where": {"from_m": [-1, -2, -2], "to_m": [0, 2, 2]}}}
+    structure = {**CURVED, "patches": {}, "shell": {**CURVED["shell"], "supports": end}}
+    values = {
+        "name": "arch", "structure": structure, "response": {"frequency_hz": [20, 150]},
+        "base": {"random": {"spectrum": "gevs_acceptance.csv"}},
+    }  # fmt: skip
+    model = Model(values)
+    summary = pd.read_csv(model._stages.files("base").summary)
+    basis = read_basis(model._stages.files("panel").modes)
+    # a shift e of a resonance changes its PSD by e/ζ at most
+    bound = np.max(basis.frequency_shift) / 0.01
+    assert (summary["mesh_error"] > 0).all()
+    assert (summary["mesh_error"] < 5 * bound).all()
