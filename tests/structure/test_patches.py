@@ -131,6 +131,15 @@ def test_the_view_of_a_rectangle_is_along_its_sides():
     assert sorted(np.ptp(drawn, axis=0)) == pytest.approx([1.0, 1.5])
 
 
+@pytest.mark.parametrize("turn", [0.0, 0.1])
+def test_the_view_of_a_coarse_disc_is_along_x(turn):
+    angle = turn + 2 * np.pi * np.arange(20) / 20
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(20)], axis=1)
+    cells = np.array([[20, k, (k + 1) % 20] for k in range(20)])
+    axes = view_axes(Surface(np.vstack([rim, np.zeros(3)]), cells))
+    np.testing.assert_allclose(axes, np.eye(3)[:, :2], atol=1e-12)
+
+
 def test_normals_of_a_wide_patch_spread():
     structure = structure_of(Model(arch(radius_m=0.3)).study.panel)
     # to the middles of elements, arcs within 0.3 m of the crown of a cylinder of 1 m
