@@ -14,6 +14,7 @@ from pidpanel.damping.atlas_files import read_atlas
 from pidpanel.identify import next_tones, posterior
 from pidpanel.identify.from_study import identify_file, measured_table, read_measurement
 from pidpanel.identify.prediction import Tones
+from pidpanel.report.identify_page import answer_of
 from pidpanel.study import StudyError, load_study
 
 STUDY = """title: Damper 12
@@ -99,6 +100,25 @@ def test_an_apparent_mass_far_above_that_of_the_particles_is_refused(laboratory)
     message = "an apparent mass of 44. kg/m².*times the mass of the particles.* in g/m²"
     with pytest.raises(StudyError, match=message):
         identify_file(laboratory(table=TABLE.replace("4.4555", "445.55")))
+
+
+def test_particles_that_weigh_less_than_stated_are_refused(laboratory):
+    # 2 mm of 1190 kg/m³ weigh 4.98 mg; with 30 % of 1.4 mm the mean is 4.0 mg
+    message = "particle_mass_mg = 4: contradicts .* 4.98 mg each, .*10%; another size, or two"
+    with pytest.raises(StudyError, match=message):
+        identify_file(laboratory("particle_mass_mg: 4\n" + MEASURED))
+    lines = answer_of(identify_file(laboratory("particle_mass_mg: 4.9\n" + MEASURED)))
+    assert not any("size of the particles was not checked" in line for line in lines)
+    lines = answer_of(identify_file(laboratory()))
+    assert any("size of the particles was not checked" in line for line in lines)
+
+
+def test_gravity_that_is_stated_wrongly_is_named(laboratory):
+    file = laboratory()
+    text = "  gravity_direction: [1, 0, 0]\n"
+    file.write_text(file.read_text().replace("coupon:\n", f"coupon:\n{text}"))
+    lines = " ".join(answer_of(identify_file(file)))
+    assert "Caution: gravity along the motion explains the measurement" in lines
 
 
 def test_the_identified_particles_are_a_damper_of_a_study(identified, tmp_path):

@@ -78,9 +78,24 @@ def test_weights_are_those_of_students_t_of_each_value_and_of_all_misfits():
         density /= sd.prod() * np.sqrt(np.linalg.det(correlation))
         expected.append(density * np.exp(log_states.sum()))
         chi_square.append(z @ z)
+    # the integral by the trapezoidal rule; constants of all densities are left out
+    total = np.sum(expected) * (0.1 / 2) * (np.log(1.5) / 2) / student.pdf(0, 5) ** 12
+    assert posterior.log_evidence == pytest.approx(np.log(total), abs=1e-8)
     expected = np.array(expected) / np.sum(expected)
     np.testing.assert_allclose(posterior.weights.ravel(), expected, rtol=1e-8)
     np.testing.assert_allclose(posterior.chi_square.ravel(), chi_square, rtol=1e-8)
+
+
+def test_gravity_in_the_other_direction_is_noticed():
+    measured = drawn(1)
+    known = identify(ATLAS, SPECIMEN, measured, KNOWN, RANGES)
+    assert known.gravity_odds < 0.1 and not known.is_other_gravity
+    upright = replace(SPECIMEN, direction="upright")
+    mistaken = identify(ATLAS, upright, measured, KNOWN, RANGES)
+    assert mistaken.is_other_gravity
+    # along the motion no particle would move below 1 g
+    slow = replace(measured, tones=TONES._replace(acceleration_g=TONES.acceleration_g / 6))
+    assert identify(ATLAS, upright, slow, KNOWN, RANGES).gravity_odds == 0
 
 
 def test_the_probability_is_that_of_students_t():

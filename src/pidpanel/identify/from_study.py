@@ -38,6 +38,7 @@ from pidpanel.study.requirements import FILLS, FRICTION, RESTITUTION
 MOST_ROWS = 60  # of a measurement
 GAMMA, STROKE = (1.5, 700.0), (1e-5, 20.0)  # ranges of the atlas
 FARTHEST = 5.0  # standard errors that a fill fraction may lie from the mass of the particles
+SIZE_MARGIN = 0.1  # of the mean mass of a particle over the stated: 3 % of the diameter
 NEXT_ERROR = 0.05  # relative, expected of a further test where the file states none
 PARAMETERS = ("restitution", "friction", "fill_fraction")
 
@@ -164,8 +165,13 @@ def _refusal(key: str, *messages: str) -> Mistakes:
 def _contradictions(
     identification: Identification, specimen: Specimen, measured: MeasuredDamping, mass: float
 ) -> Iterator[Mistake]:
-    """Yield what the mass of the particles contradicts: their fill fraction, or m_a."""
+    """Yield what the mass of the particles contradicts: size, fill fraction or m_a."""
     fill, weight = identification.fill_fraction, specimen.particle_mass
+    density = identification.coupon.particles.effective_density(specimen.diameter)
+    sphere, mean = 1e6 * density * np.pi / 6 * specimen.diameter**3, identification.particle_mass_mg
+    if mean is not None and abs(mean / sphere - 1) > SIZE_MARGIN:
+        message = f"contradicts coupon.particles, {sphere:.3g} mg each, by more than"
+        yield Mistake(("particle_mass_mg",), f"{message} {SIZE_MARGIN:.0%}; another size, or two?")
     if fill is not None and weight is not None:
         expected = specimen.mass_per_fill * fill
         error = np.hypot(BULK_ERROR, identification.fill_fraction_error / fill)

@@ -13,13 +13,14 @@ the sum over s ≥ 1 of `MISFITS`, z over s, with the prior 1/s over ln s.
 The prior is uniform in e and ln μ over the range of the atlas, and uniform or normal in r. A coarse
 grid locates the posterior, a fine one over that box resolves it. One set of particles is named,
 judged by χ² = Σ z² and compared with the measurement: the mean of the posterior, or its mode where
-the mean lies between modes and does not explain the measurement.
+the mean lies between modes and does not explain the measurement. Where the atlas explains the
+measurement with gravity in the other direction, the mean of L over the prior is larger there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.special import logsumexp
 
 from pidpanel.arrays import Array, Flags
-from pidpanel.damping.atlas import DOF, Atlas
+from pidpanel.damping.atlas import DOF, SHARES, Atlas
 from pidpanel.identify.prediction import Specimen, Tones, predict
 
 COARSE, FINE = (14, 8, 7), (23, 15, 9)  # points of the grids along e, ln μ and r
@@ -36,6 +37,7 @@ CREDIBILITY = 0.9  # probability of an interval
 SAMPLES = 20_000  # random samples for the probability of χ²
 LEAST_PROBABILITY = 0.01  # probability of χ² below which no particles explain a measurement
 DOUBTFUL_PROBABILITY = 0.1  # below which they hardly do
+DOUBTFUL_ODDS = 10.0  # of gravity in the other direction, above which the stated one is doubtful
 MISFITS = np.geomspace(1.0, 8.0, 12)  # s, factors on all errors
 NEARLY_PRIOR = 0.8  # share of the prior's interval from which on a test determines nothing
 CUT_DENSITY = 0.2  # relative density at the end of a range above which an interval is truncated
@@ -111,6 +113,8 @@ class Posterior:
     ranges: Sequence[tuple[float, float]]  # of the prior
     count: int  # measured values
     mean_chi_square: float = np.inf  # χ² of the particles with the mean of each parameter
+    log_evidence: float = -np.inf  # ln of the integral of L over the grid
+    gravity_odds: float = 0.0  # that integral with gravity in the other direction over it
 
     @property
     def particles(self) -> Array:
@@ -189,6 +193,11 @@ class Posterior:
         return self.is_explained and self.probability < DOUBTFUL_PROBABILITY
 
     @property
+    def is_other_gravity(self) -> bool:
+        """Whether gravity in the other direction explains the measurement much better."""
+        return self.gravity_odds > DOUBTFUL_ODDS
+
+    @property
     def is_explained(self) -> bool:
         """Whether the particles explain the measurement."""
         return self.probability > LEAST_PROBABILITY
@@ -217,12 +226,18 @@ def identify(
         Lower and upper limits of e and of ln μ.
     """
     ends = [*ranges, _fill_range(fill)]
-    coarse = grid_posterior(atlas, specimen, measured, fill, _axes(ends, COARSE))
+    axes = _axes(ends, COARSE)
+    coarse = grid_posterior(atlas, specimen, measured, fill, axes)
     box = [_support(x, coarse.density(axis)) for axis, x in enumerate(coarse.axes)]
     fine = grid_posterior(atlas, specimen, measured, fill, _axes(box, FINE))
     mean = tuple(fine.mean[:, None])
     mean_chi_square = grid_posterior(atlas, specimen, measured, fill, mean).chi_square.item()
-    return Posterior(fine.axes, fine.weights, fine.chi_square, ends, fine.count, mean_chi_square)
+    across, odds = SHARES.get(specimen.direction, specimen.direction), 0.0
+    turned = replace(specimen, direction=1 - across)
+    if measured.tones.acceleration_g.min() > turned.onset_g:  # else nothing would move
+        other = grid_posterior(atlas, turned, measured, fill, axes)
+        odds = float(np.exp(min(other.log_evidence - coarse.log_evidence, 99.0)))
+    return replace(fine, ranges=ends, mean_chi_square=mean_chi_square, gravity_odds=odds)
 
 
 def grid_posterior(
@@ -252,9 +267,9 @@ def grid_posterior(
     for axis, x in enumerate(axes):
         weights *= quadrature(x).reshape([-1 if k == axis else 1 for k in range(3)])
     ranges = [(float(x[0]), float(x[-1])) for x in axes]
-    return Posterior(
-        axes, weights / weights.sum(), square.sum(axis=1).reshape(weights.shape), ranges, len(used)
-    )
+    total, chi_square = weights.sum(), square.sum(axis=1).reshape(weights.shape)
+    evidence = float(log.max() + np.log(total))
+    return Posterior(axes, weights / total, chi_square, ranges, len(used), log_evidence=evidence)
 
 
 def grid_points(axes: Sequence[Array]) -> Array:

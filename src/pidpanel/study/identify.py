@@ -86,6 +86,8 @@ class Identification(SectionModel):
     """Standard error of the fill fraction."""
     particle_mass_per_area_kg_m2: MassPerArea | None = None
     """Mass of the particles over the area of the cells, if they were weighed [kg/m²]."""
+    particle_mass_mg: Annotated[float, Quantity(1e-7, 1e8)] | None = None
+    """Mean mass of a particle, if some were counted and weighed [mg]: it tells other sizes."""
     measured: Annotated[Measured, BeforeValidator(_as_file)]
     """The measurement; a path alone is its ``file``."""
     shaker: ShakerLimits = ShakerLimits()
