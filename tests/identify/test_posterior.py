@@ -77,6 +77,9 @@ def test_weights_are_those_of_students_t_of_each_value_and_of_all_misfits():
         density = sum(student.pdf(z / s, 5).prod() / s ** (len(z) + 1) for s in MISFITS)
         density /= sd.prod() * np.sqrt(np.linalg.det(correlation))
         expected.append(density * np.exp(log_states.sum()))
+    # ln(1 − e²) is uniform
+    restitution = posterior.particles[:, 0]
+    expected = np.array(expected) * restitution / (1 - restitution**2)
         chi_square.append(z @ z)
     # the integral by the trapezoidal rule; constants of all densities are left out
     total = np.sum(expected) * (0.1 / 2) * (np.log(1.5) / 2) / student.pdf(0, 5) ** 12

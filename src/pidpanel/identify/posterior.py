@@ -10,7 +10,8 @@ Student's t with ν = `DOF`, each with outliers of its own; σ is their scale ov
 error (`Atlas.student_scale`). What the model does not know makes all errors s times as large: L is
 the sum over s ≥ 1 of `MISFITS`, z over s, with the prior 1/s over ln s.
 
-The prior is uniform in e and ln μ over the range of the atlas, and uniform or normal in r. A coarse
+The prior is uniform in ln(1 − e²), on which ln C_e depends about linearly, and ln μ over the range
+of the atlas, and uniform or normal in r. A coarse
 grid locates the posterior, a fine one over that box resolves it. One set of particles is named,
 judged by χ² = Σ z² and compared with the measurement: the mean of the posterior, or its mode where
 the mean lies between modes and does not explain the measurement. Where the atlas explains the
@@ -155,10 +156,13 @@ class Posterior:
         share = density * quadrature(x)
         error = float(np.sqrt(share @ (x - float(share @ x)) ** 2))
         low, high = quantiles(x, density, (0.5 - CREDIBILITY / 2, 0.5 + CREDIBILITY / 2))
-        at_end = density[[0, -1]] > CUT_DENSITY * density.max()
+        likelihood = density / _prior(x) if axis == 0 else density
+        at_end = likelihood[[0, -1]] > CUT_DENSITY * likelihood.max()
         begin, end = self.ranges[axis]
         cut = at_end & np.isclose(x[[0, -1]], [begin, end])
-        is_determined = high - low <= NEARLY_PRIOR * CREDIBILITY * (end - begin)
+        widths = np.array([[low, high], [begin, end]])
+        widths = np.ptp(np.log1p(-(widths**2)) if axis == 0 else widths, axis=1)
+        is_determined = widths[0] <= NEARLY_PRIOR * CREDIBILITY * widths[1]
         ends = low, high, bool(cut[0]), bool(cut[1])
         return ParameterEstimate(float(self.best[axis]), error, *ends, bool(is_determined))
 
@@ -263,6 +267,7 @@ def grid_posterior(
     log = logsumexp(-0.5 * (DOF + 1) * scaled - prior, axis=0)
     log += fill.log_density(particles[:, 2]) + predicted.log_states.sum(axis=1)
     log -= np.log(scale).sum(axis=1) + 0.5 * np.log(variance).sum(axis=1)
+    log += np.log(_prior(particles[:, 0]))
     weights = np.exp(log - log.max()).reshape([len(axis) for axis in axes])
     for axis, x in enumerate(axes):
         weights *= quadrature(x).reshape([-1 if k == axis else 1 for k in range(3)])
@@ -300,6 +305,11 @@ def quantiles(x: Array, density: Array, shares: Sequence[float]) -> tuple[float,
     below = PchipInterpolator(x, density).antiderivative()(between)
     values = np.interp(np.array(shares) * below[-1], below, between)
     return tuple(round(float(q), 12) for q in values)
+
+
+def _prior(restitution: Array) -> Array:
+    """Return the prior density of e up to a constant: ln(1 − e²) is uniform."""
+    return np.asarray(restitution / (1 - restitution**2))
 
 
 def _axes(ends: Sequence[tuple[float, float]], counts: Sequence[int]) -> tuple[Array, Array, Array]:
