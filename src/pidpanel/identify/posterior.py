@@ -134,8 +134,9 @@ class Posterior:
 
     @property
     def _mode(self) -> int:
-        """Index of the point with the largest density."""
+        """Index of the point with the largest density in ln(1 − e²), ln μ and r."""
         e, log_friction, fill = np.ix_(*(quadrature(x) for x in self.axes))
+        e = e * _prior(self.axes[0])[:, None, None]
         return int(np.argmax(self.weights / (e * log_friction * fill)))
 
     @property
@@ -236,7 +237,7 @@ def identify(
     fine = grid_posterior(atlas, specimen, measured, fill, _axes(box, FINE))
     mean = tuple(fine.mean[:, None])
     mean_chi_square = grid_posterior(atlas, specimen, measured, fill, mean).chi_square.item()
-    across, odds = SHARES.get(specimen.direction, specimen.direction), 0.0
+    across, odds = float(SHARES.get(specimen.direction, specimen.direction)), 0.0
     turned = replace(specimen, direction=1 - across)
     if measured.tones.acceleration_g.min() > turned.onset_g:  # else nothing would move
         other = grid_posterior(atlas, turned, measured, fill, axes)
