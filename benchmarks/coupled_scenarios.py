@@ -138,7 +138,7 @@ def told(folder: Path, label: str, count: int) -> pd.DataFrame:
                     "g_rms": g_rms[point],
                     "error": error,
                     # that of contacts is the same in all runs
-                    "own_error": np.sqrt(max(error**2 - runs.bias**2, 0)),
+                    "own_error": np.sqrt(max(error**2 - found.contact_error[point] ** 2 / 4, 0)),
                     "residual": found.residual[point] / 2,
                 }
             )

@@ -51,6 +51,7 @@ def stored(tmp_path):
         log_error=0.02 * by_point,
         residual=-0.03 * by_point,
         split_error=0.01 * by_point,
+        contact_error=np.zeros(2),
         recorded=(by_point * G) ** 2 * 900,
         kurtosis=0.8 * by_point,
         kurtosis_error=0.1 * by_point,

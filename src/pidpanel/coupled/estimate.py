@@ -9,7 +9,7 @@ enter. What does:
 - Packings: the jackknife (Efron and Stein 1981) over the cells.
 - PSD and coherence of the own force: the jackknife over segments and over cells.
 - C_e is carried from the motion of the records to that of the panel with an exponent.
-- Contacts are softer than those of the material.
+- Contacts are softer than those of the material; what that is known to change is taken out.
 
 Responses are carried to first order in the changes of C_e, m_a and own force.
 
@@ -30,6 +30,7 @@ from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
 from pidpanel.coupled.kurtosis import excess_kurtosis
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
+from pidpanel.coupled.softening import PER_LAYER_ERROR, Softened
 from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants, simulated_psd
 
 # Passes in which the instrument is the motion with the impedance of the pass before; C_e moves
@@ -53,7 +54,7 @@ class PatchEstimate:
     # (bands,) relative standard error of the PSD of the own force on the whole patch [1]
     own_force_error: Array
     # Relative standard error of all C_e together, from the motion of the records to that of the
-    # panel [1]
+    # panel and from soft contacts to those of the material [1]
     common_error: float
 
 
@@ -76,18 +77,20 @@ class ScenarioEstimate:
     log_error: Array
     residual: Array
     split_error: Array
+    contact_error: Array  # (p,) part of `log_error` by softened contacts
     # (p,) mean square of the acceleration of the records, with the own force of few cells [(m/s²)²]
     recorded: Array
     # (p,) excess kurtosis of the accelerations of the records, and its standard error [1]
     kurtosis: Array
     kurtosis_error: Array
 
-    def reducible_error(self, bias: float) -> Array:
-        """Return the relative error of g rms that further runs reduce, (p,) [1].
+    @property
+    def reducible_error(self) -> Array:
+        """Relative error of g rms that further runs reduce, (p,) [1].
 
-        That is neither the bias of the contacts nor the error of the split.
+        That is neither the error of the contacts nor that of the split.
         """
-        square = self.log_error**2 - self.split_error**2 - (2 * bias) ** 2
+        square = self.log_error**2 - self.split_error**2 - self.contact_error**2
         return np.sqrt(np.maximum(square, 0.0)) / 2
 
 
@@ -97,7 +100,7 @@ def estimate(
     frequency: Array,
     centre: Array,
     edge: Array,
-    bias: float = 0.0,
+    softened: Sequence[Softened] = (),
     whole: CoupledPanel | None = None,
 ) -> ScenarioEstimate:
     """Return the estimates of the panel's response from the records of a scenario.
@@ -108,8 +111,9 @@ def estimate(
         (nf,) lines of the PSDs [Hz].
     centre, edge
         (bands,) and (bands, 2) third octaves that cover them [Hz].
-    bias
-        Relative bias of g rms by softened contacts [1], included in every error.
+    softened
+        Contacts of each patch; none for those of the material. What they change is taken out of
+        C_e, and half of it is part of the error, as is the error of g rms.
     whole
         The panel of which the response is returned; None for that of the records.
 
@@ -128,10 +132,17 @@ def estimate(
     forces = [fit.own_force() for fit in fits]
     squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)
     whole = whole or panel
-    factors = Variants(whole, frequency, centre, impedances, forces).at_motion(squares)
+    gain = np.array([soft.gain for soft in softened] or np.zeros(len(fits)))
+    stiff = [z.scaled(factor) for z, factor in zip(impedances, np.exp(-gain), strict=True)]
+    moved = np.log(Variants(whole, frequency, centre, stiff, forces).at_motion(squares))
+    factors = np.exp(moved - gain)
     carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
     variants = Variants(whole, frequency, centre, carried, forces)
-    variance = _variance(variants, fits, carried, factors, bias)
+    # ln C_e of each patch that another exponent and other contacts would change, (2, patches)
+    unsure = np.array([EXPONENT_ERROR / EXPONENT * moved, PER_LAYER_ERROR * gain])
+    changes = [_scaled(variants, carried, change) for change in unsure]
+    bias = max((soft.bias for soft in softened), default=0.0)
+    variance = _variance(variants, fits, carried, factors, changes, bias)
     own_force = simulated_psd(
         panel, frequency, centre, impedances, [fit.force_sums for fit in fits], lines
     )
@@ -145,8 +156,10 @@ def estimate(
     return ScenarioEstimate(
         centre=centre,
         patches=[
-            _patch_estimate(fit, z, force, factor)
-            for fit, z, force, factor in zip(fits, carried, forces, factors.tolist(), strict=True)
+            _patch_estimate(fit, z, force, common)
+            for fit, z, force, common in zip(
+                fits, carried, forces, np.hypot(*unsure).tolist(), strict=True
+            )
         ],
         frequency=frequency,
         psd=variants.psd[:, variants.points],
@@ -157,6 +170,7 @@ def estimate(
         log_error=np.hypot(np.sqrt(variance(variants.total_change)), excess),
         residual=residual,
         split_error=excess,
+        contact_error=np.hypot(2 * bias, variants.total_change(changes[1])),
         recorded=recorded.sum(axis=1).mean(axis=0),
         kurtosis=kurtosis,
         kurtosis_error=kurtosis_error,
@@ -248,6 +262,7 @@ def _variance(
     fits: Sequence[_PatchFit],
     carried: Sequence[BandImpedance],
     factors: Array,
+    changes: Sequence[Array],
     bias: float,
 ) -> Callable[[Callable[[Array], Array]], Array]:
     """Return the variance of what follows from the change of ln of the PSD, as a function of it."""
@@ -259,7 +274,7 @@ def _variance(
         impedances[p], ratios[p] = impedance, ratio
         return variants.change(impedances, ratios)
 
-    independent, jackknifed = [], []
+    independent, jackknifed = [*changes], []
     for p, (fit, z, factor) in enumerate(zip(fits, carried, factors.tolist(), strict=True)):
         independent += [changed(p, deviated) for deviated in z.deviated()]
         jackknifed += [
@@ -267,9 +282,6 @@ def _variance(
             [changed(p, z, ratio) for ratio in fit.ratios(unit="cells")],
             [changed(p, z, ratio) for ratio in fit.ratios(unit="segments")],
         ]
-    power = EXPONENT_ERROR / EXPONENT
-    further = [z.scaled(factor**power) for z, factor in zip(carried, factors, strict=True)]
-    independent.append(variants.change(further, [same] * len(fits)))
 
     def variance(quantity: Callable[[Array], Array]) -> Array:
         parts = [quantity(change) ** 2 for change in independent]
@@ -281,6 +293,12 @@ def _variance(
         return np.sum(parts, axis=0) + (2 * bias) ** 2
 
     return variance
+
+
+def _scaled(variants: Variants, carried: Sequence[BandImpedance], log_factor: Array) -> Array:
+    """Return the change of ln of the PSD with other C_e of all patches."""
+    scaled = [z.scaled(factor) for z, factor in zip(carried, np.exp(log_factor), strict=True)]
+    return variants.change(scaled, [np.ones(len(variants.centre))] * len(carried))
 
 
 def _leave_one_out(count: int) -> Array:
@@ -318,7 +336,7 @@ def _residual(recorded: Array, predicted: Array) -> tuple[Array, Array]:
 
 
 def _patch_estimate(
-    fit: _PatchFit, carried: BandImpedance, force: OwnForce, factor: float
+    fit: _PatchFit, carried: BandImpedance, force: OwnForce, common_error: float
 ) -> PatchEstimate:
     by_cell = [fewer.value for fewer in fit.impedances_of_fewer_cells()]
     ratios = fit.ratios(unit="segments")
@@ -336,5 +354,5 @@ def _patch_estimate(
         apparent_mass_error=error(np.imag) / (2 * np.pi * carried.frequency),
         own_force=force,
         own_force_error=np.sqrt(_jackknife_variance(ratios)) if ratios else no_error,
-        common_error=abs(np.log(factor)) * EXPONENT_ERROR / EXPONENT,
+        common_error=common_error,
     )

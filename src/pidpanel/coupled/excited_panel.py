@@ -12,7 +12,7 @@ from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, bare_psd
 from pidpanel.coupled.scenario import CoupledScenario, RunSettings
-from pidpanel.coupled.softening import RmsMotion, Softened, softened_modulus, softening_bias
+from pidpanel.coupled.softening import RmsMotion, Softened, softened, softest
 from pidpanel.damping.models import FilledDamper
 from pidpanel.panel.basis import PanelBasis, patch_areas
 from pidpanel.panel.matrices import StoredPlate
@@ -295,7 +295,7 @@ class ExcitedPanel:
         )
 
     def moduli(self, scenario: CoupledScenario, panel: CoupledPanel) -> list[Softened]:
-        """Return Young's modulus of the contacts of each patch [Pa], and its bias of g rms [1]."""
+        """Return the contacts of each patch."""
         frequency, omega = self.coarse_frequency, 2 * np.pi * self.coarse_frequency
         moduli = []
         for simulated, patch in zip(scenario.patches, panel.patches, strict=True):
@@ -303,6 +303,6 @@ class ExcitedPanel:
             psd = psds @ patch.area / patch.area.sum()
             squares = [float(np.trapezoid(omega**k * psd, frequency)) for k in (2, 4)]
             particle = simulated.youngs_modulus, simulated.beds[0], RmsMotion(*np.sqrt(squares))
-            modulus = self.settings.youngs_modulus or softened_modulus(*particle)
-            moduli.append(Softened(modulus, softening_bias(*particle, modulus)))
+            given = self.settings.youngs_modulus
+            moduli.append(softened(*particle, given) if given else softest(*particle))
         return moduli

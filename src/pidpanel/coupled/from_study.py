@@ -176,7 +176,7 @@ def write_scenario(
     for number in range(1, keys.runs + 1):
         records.append(runs.record(number))
         estimate = runs.estimate(records)
-        if estimate.reducible_error(runs.bias).max() <= keys.relative_error:
+        if estimate.reducible_error.max() <= keys.relative_error:
             break
     masses = np.mean([runs.masses(number + 1) for number in range(len(records))], axis=0)
     beds = [

@@ -71,13 +71,8 @@ class ScenarioRuns:
 
     @cached_property
     def softened(self) -> list[Softened]:
-        """Young's modulus of the contacts of each patch, and its bias."""
+        """Contacts of each patch."""
         return self.excited.moduli(self.scenario, self.panel)
-
-    @property
-    def bias(self) -> float:
-        """Largest bias of g rms by softened contacts [1]."""
-        return max(soft.bias for soft in self.softened)
 
     def drawn(self, number: int) -> DrawnRun:
         """Draw the modal forces of a run and start its beds."""
@@ -176,7 +171,7 @@ class ScenarioRuns:
         centre, edge = whole_third_octaves(*self.excited.settings.frequency_range)
         frequency = self.excited.coarse_frequency
         whole = self.excited.whole(self.scenario)
-        return estimate(self.panel, records, frequency, centre, edge, self.bias, whole)
+        return estimate(self.panel, records, frequency, centre, edge, self.softened, whole)
 
 
 def _steps(row: float, longest_step: float, longest_interval: float) -> tuple[int, int]:
