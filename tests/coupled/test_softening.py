@@ -16,8 +16,7 @@ from tests.beds import hexagons
 
 OWN, RADIUS, DENSITY, POISSON = 3.3e9, 1.25e-3, 1190.0, 0.35
 BED = hexagons(OWN / 1e6, 2 * RADIUS * 1e3, poissons_ratio=POISSON)
-LAYERS = 0.5 * 8 / 2.5
-LARGEST_BIAS, LARGEST_GAIN, PER_LAYER, PER_OVERLAP, FASTEST = 0.02, 0.07, 2.8, 1.0, 3.0
+LARGEST_BIAS, LARGEST_ERROR, PER_LAYER, PER_OVERLAP, FASTEST = 0.02, 0.035, 2.8, 1.0, 3.0
 """Measured in benchmarks/coupled.md, but for the first two, which are allowed."""
 
 
@@ -38,13 +37,21 @@ def test_a_sine_has_its_stroke():
     assert rms.stroke == pytest.approx(amplitude)
 
 
+def layered(layers):
+    """Half full, of some layers."""
+    return replace(BED, packing=replace(BED.packing, depth=layers * 2 * RADIUS / 0.5))
+
+
 @pytest.mark.parametrize("velocity", [0.02, 0.1, 0.3])
-def test_a_bed_that_rides_is_late_by_the_contact_time_of_its_layers(velocity):
+@pytest.mark.parametrize(("layers", "share"), [(1.6, 0), (3.75, 0), (5, 0.5), (6.25, 1), (11, 1)])
+def test_a_deep_bed_that_rides_is_late_by_the_contact_time_of_its_layers(velocity, layers, share):
     for modulus in CHOICES[:2]:
         late = contact_time(modulus, velocity) - contact_time(OWN, velocity)
-        wanted = PER_LAYER * LAYERS * late * 9.80665 / velocity
-        found = softened(OWN, BED, motion(velocity), modulus)
-        assert found.gain == pytest.approx(wanted, rel=0.01)
+        whole = PER_LAYER * layers * late * 9.80665 / velocity
+        found = softened(OWN, layered(layers), motion(velocity), modulus)
+        assert found.gain == pytest.approx(share * whole, rel=0.01, abs=1e-12)
+        # half of it may be missing, of a shallow bed too
+        assert found.gain_error == pytest.approx(whole / 2, rel=0.01)
 
 
 def test_a_bed_that_crosses_is_shorter_by_its_overlaps():
@@ -66,8 +73,8 @@ def test_a_stiffer_contact_is_never_worse_and_the_own_one_changes_nothing(veloci
     for part in map(list, zip(*changes, strict=True)):
         assert all(softer >= stiffer for softer, stiffer in pairwise(part))
     assert sum(changes[0]) > sum(changes[1]) > 0
-    assert softened(OWN, BED, moved, OWN) == (OWN, 0.0, 0.0)
-    assert changes[-1] == (0.0, 0.0)
+    assert softened(OWN, BED, moved, OWN) == (OWN, 0.0, 0.0, 0.0)
+    assert changes[-1] == (0.0, 0.0, 0.0)
 
 
 def test_a_louder_motion_allows_softer_contacts():
@@ -78,27 +85,27 @@ def test_a_louder_motion_allows_softer_contacts():
     assert all(slow >= fast for slow, fast in pairwise(moduli))
     assert moduli[-1] == CHOICES[0]
     assert len(set(moduli)) >= 4
-    assert all(contacts.gain <= LARGEST_GAIN for contacts in found)
-    assert max(contacts.gain for contacts in found) > LARGEST_GAIN / 2
+    assert all(contacts.gain_error <= LARGEST_ERROR for contacts in found)
+    assert max(contacts.gain_error for contacts in found) > LARGEST_ERROR / 2
     # one choice softer is too soft
     for speed, contacts in zip(speeds, found, strict=True):
-        for softer in CHOICES[: CHOICES.index(contacts.modulus)] if contacts.gain else ():
+        for softer in CHOICES[: CHOICES.index(contacts.modulus)] if contacts.gain_error else ():
             too_soft = softened(OWN, BED, motion(speed, 1000.0), softer)
-            assert too_soft.gain > LARGEST_GAIN or too_soft.bias > LARGEST_BIAS
+            assert too_soft.gain_error > LARGEST_ERROR or too_soft.bias > LARGEST_BIAS
 
 
 def test_where_none_is_allowed_the_modulus_is_that_of_the_material():
     # and a choice above that of the material is none
-    assert softest(3.1e9, BED, motion(1e-4)) == (3.1e9, 0.0, 0.0)
+    assert softest(3.1e9, BED, motion(1e-4)) == (3.1e9, 0.0, 0.0, 0.0)
     assert softest(60e6, BED, motion(1e-3)).modulus == 60e6
 
 
 @pytest.mark.parametrize("modulus", CHOICES[:3])
 def test_the_change_of_a_bed_that_rides_is_that_of_the_gravity_along_the_motion(modulus):
     """A flight lasts 2v/g: a bed that is pressed harder flies shorter, and an upright one rests."""
-    rides = motion(0.02, 3000.0)
-    gain = softened(OWN, BED, rides, modulus).gain
-    heavy = replace(BED, gravity=4 * BED.gravity)
+    rides, bed = motion(0.02, 3000.0), layered(8)
+    gain = softened(OWN, bed, rides, modulus).gain
+    heavy = replace(bed, gravity=4 * bed.gravity)
     assert softened(OWN, heavy, rides, modulus).gain == pytest.approx(4 * gain)
-    upright = replace(BED, gravity_direction=(1.0, 0.0, 0.0))
+    upright = replace(bed, gravity_direction=(1.0, 0.0, 0.0))
     assert softened(OWN, upright, rides, modulus).gain == 0.0

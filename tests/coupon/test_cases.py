@@ -204,11 +204,12 @@ def test_the_bias_of_a_deep_bed_is_larger_as_the_cube_of_its_layers():
     assert case.bias == pytest.approx(2.5 * longer * 90 * 1.4**3)
 
 
-def test_the_bias_of_overlaps_counts_where_the_bed_crosses():
+def test_the_bias_of_overlaps_is_that_of_a_bed_over_twice_its_gap_where_it_crosses():
+    # r = 0.7: a bed of 0.7 depths shortens against twice 0.3
     crossing, riding = steel_at(80), steel_at(15)
     run = crossing.point
     deeper = run.overlap_at(800e6) - run.overlap_at(200e9)
-    assert crossing.bias == pytest.approx(1.5 * deeper)
+    assert crossing.bias == pytest.approx(1.5 * 0.7 / 0.6 * deeper)
     run = riding.point
     longer = run.contact_time_at(800e6) - run.contact_time_at(200e9)
     assert riding.bias == pytest.approx(2.5 * longer * 80 * 1.4**3)

@@ -127,23 +127,34 @@ def test_on_the_moon_a_sixth_of_the_acceleration_does_the_same():
     assert (moon(F, 0.5, 0.15).equivalent_damping == 0).all()
 
 
-def test_errors_are_calibrated_by_regime():
+@pytest.mark.parametrize(("fill", "nearly_full"), [(0.5, 1.0), (0.75, 1.55), (0.9, 2.1)])
+def test_errors_are_calibrated_by_regime_and_larger_where_nearly_full_cells_cross(
+    fill, nearly_full
+):
     damping = reading()
-    plain, factor = damping.surface, damping.calibration
-    stroke = damping.stroke_per_gap(F, 0.5, 20.0)
+    plain, factor = damping.surface, damping.calibration.copy()
+    stroke = damping.stroke_per_gap(F, fill, 60.0)
     regime = np.digitize(stroke, REGIMES)
-    size = np.sqrt(np.diag(damping.covariance(F, 0.5, 20.0)))
-    of_plain = np.sqrt(np.diag(plain.covariance(F, 0.5, 20.0)))
+    assert {0, 2} <= set(regime)
+    factor[0, 2] *= nearly_full
+    size = np.sqrt(np.diag(damping.covariance(F, fill, 60.0)))
+    of_plain = np.sqrt(np.diag(plain.covariance(F, fill, 60.0)))
     np.testing.assert_allclose(size[:4], factor[0, regime] * of_plain[:4])
     np.testing.assert_allclose(size[4:], 14 * factor[1, regime] * of_plain[4:])
-    errors, of_one = damping(F, 0.5, 20.0), plain(F, 0.5, 20.0)
+    errors, of_one = damping(F, fill, 60.0), plain(F, fill, 60.0)
     np.testing.assert_allclose(
         errors.equivalent_damping_error, 14 * factor[0, regime] * of_one.equivalent_damping_error
     )
-    assert np.linalg.eigvalsh(damping.covariance(F, 0.5, 20.0)).min() > 0
+    assert np.linalg.eigvalsh(damping.covariance(F, fill, 60.0)).min() > 0
     np.testing.assert_array_equal(
-        damping.is_near_jump(F, 0.5, 20.0), (stroke > 0.1) & (stroke < 0.5)
+        damping.is_near_jump(F, fill, 60.0), (stroke > 0.1) & (stroke < 0.5)
     )
+
+
+def test_under_sound_nearly_full_cells_have_the_errors_counted_under_sound():
+    sound = replace(reading(), is_broadband=True)
+    stroke = np.full(1, 2.0)
+    assert sound._factors(stroke, 0.9)[0] == sound._factors(stroke, 0.5)[0]
 
 
 def test_a_dashpot_has_the_same_damping_and_no_mass():

@@ -30,7 +30,7 @@ from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
 from pidpanel.coupled.kurtosis import excess_kurtosis
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
-from pidpanel.coupled.softening import PER_LAYER_ERROR, Softened
+from pidpanel.coupled.softening import Softened
 from pidpanel.coupled.variants import EXPONENT, EXPONENT_ERROR, Variants, simulated_psd
 
 # Passes in which the instrument is the motion with the impedance of the pass before; C_e moves
@@ -112,8 +112,8 @@ def estimate(
     centre, edge
         (bands,) and (bands, 2) third octaves that cover them [Hz].
     softened
-        Contacts of each patch; none for those of the material. What they change is taken out of
-        C_e, and half of it is part of the error, as is the error of g rms.
+        Contacts of each patch; none for those of the material. What they change in C_e is
+        taken out; the errors are those of what is left.
     whole
         The panel of which the response is returned; None for that of the records.
 
@@ -132,16 +132,17 @@ def estimate(
     forces = [fit.own_force() for fit in fits]
     squares = np.concatenate([run.velocity_squares() for run in runs]).mean(axis=0)
     whole = whole or panel
-    gain = np.array([soft.gain for soft in softened] or np.zeros(len(fits)))
+    softened = softened or [Softened(np.inf)] * len(fits)
+    gain, gain_error = np.array([(soft.gain, soft.gain_error) for soft in softened]).T
     stiff = [z.scaled(factor) for z, factor in zip(impedances, np.exp(-gain), strict=True)]
     moved = np.log(Variants(whole, frequency, centre, stiff, forces).at_motion(squares))
     factors = np.exp(moved - gain)
     carried = [z.scaled(factor) for z, factor in zip(impedances, factors, strict=True)]
     variants = Variants(whole, frequency, centre, carried, forces)
     # ln C_e of each patch that another exponent and other contacts would change, (2, patches)
-    unsure = np.array([EXPONENT_ERROR / EXPONENT * moved, PER_LAYER_ERROR * gain])
+    unsure = np.array([EXPONENT_ERROR / EXPONENT * moved, gain_error])
     changes = [_scaled(variants, carried, change) for change in unsure]
-    bias = max((soft.bias for soft in softened), default=0.0)
+    bias = max(soft.bias for soft in softened)
     variance = _variance(variants, fits, carried, factors, changes, bias)
     own_force = simulated_psd(
         panel, frequency, centre, impedances, [fit.force_sums for fit in fits], lines

@@ -109,7 +109,8 @@ class Case:
         deep, stiff_depth = (run.overlap_at(modulus) for modulus in moduli)
         if run.bed.stroke_per_gap(run.drive) < contact.CROSSING:
             deep = stiff_depth
-        return contact.modulus_bias(soft, stiff, deep, stiff_depth, run.bed.deepening(run.drive))
+        factors = run.bed.deepening(run.drive), contact.narrowing(run.fill_fraction)
+        return contact.modulus_bias(soft, stiff, deep, stiff_depth, *factors)
 
     def folders(self, folder: Path) -> list[Path]:
         """Return the folders of the runs below ``results/coupon``, one per seed."""

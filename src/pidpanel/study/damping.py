@@ -42,7 +42,7 @@ class Coupled(SectionModel):
 
     Every scenario is run once, with its own packings and sound, for ``settle_s`` and then
     ``duration_s``. Further runs follow until every g rms is known to ``relative_error``, up to
-    ``runs``. Errors that runs do not reduce do not count: the bias of softened contacts, and the
+    ``runs``. Errors that runs do not reduce do not count: the error of softened contacts, and the
     residual beyond its scatter.
     """
 
