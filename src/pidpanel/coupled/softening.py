@@ -78,8 +78,8 @@ def softened(material_modulus: float, bed: Bed, motion: RmsMotion, modulus: floa
     pair = [replace(packing.smallest(m), radius=radius) for m in (modulus, material_modulus)]
     gravity = bed.gravity * abs(bed.gravity_direction[2])
     soft, stiff = (s.wall_contact_time(velocity) * gravity / velocity for s in pair)
-    whole = PER_LAYER * layers * max(soft - stiff, 0.0)
-    gain = whole * float(np.interp(layers, REBOUNDING, (0.0, 1.0))), whole * PER_LAYER_ERROR
+    change = PER_LAYER * layers * max(soft - stiff, 0.0)
+    gain = change * float(np.interp(layers, REBOUNDING, (0, 1))), change * PER_LAYER_ERROR
     gap = packing.depth * float(clear_gap(np.array(bed.fill_fraction)))
     if motion.stroke < CROSSES * gap:
         return Softened(modulus, *gain)
