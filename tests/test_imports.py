@@ -13,6 +13,7 @@ STAGES = (
     "sound",
     "response",
     "base",
+    "energy",
     "coupled",
     "optimise",
     "severity",
@@ -37,13 +38,14 @@ ALLOWED = {
     "structure": SHARED | {"panel", "shell", "modal_files", "solve"},
     "response": UPSTREAM,
     "base": UPSTREAM | {"response"},
+    "energy": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
     "optimise": UPSTREAM | {"response", "base", "severity"},
     "severity": UPSTREAM | {"response", "base"},
     "measurement": UPSTREAM | {"response", "base"},
     "identify": UPSTREAM | {"measurement"},
     "report": UPSTREAM
-    | {"response", "base", "coupled", "optimise", "severity", "measurement", "identify"},
+    | {"response", "energy", "base", "coupled", "optimise", "severity", "measurement", "identify"},
 }
 
 

@@ -20,7 +20,7 @@ from pidpanel.study.base_motion import BaseMotion, Notching, RandomMotion
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Keys, Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
-from pidpanel.study.response import LEAST_SPAN, Response
+from pidpanel.study.response import LEAST_SPAN, Energy, Response
 from pidpanel.study.severity import limit_tables
 from pidpanel.study.sound import Sound
 from pidpanel.study.stated_dampers import ImpedanceDamper, TableDamper
@@ -145,7 +145,7 @@ def check_panel(study: Study) -> Iterator[Mistake]:
 
         yield from mistakes_of_files(study)
     if study.sound is not None:
-        yield from _check_spectrum(study.sound, study.response)
+        yield from _check_spectrum(study.sound, study.response, study.energy)
     yield from _check_masses(study.panel)
     # of a table with mistakes the mass is not known
     masses = {} if table_mistakes else study.damper_masses(with_rows=True)
@@ -245,7 +245,9 @@ def _outside(frequency: ArrayLike, response: Response, relation: str = "all outs
     return f"{message}; in kHz?" if in_kilohertz(frequency, low, high) else message
 
 
-def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
+def _check_spectrum(
+    sound: Sound, response: Response, energy: Energy | None
+) -> Iterator[Mistake]:
     from pidpanel.sound.from_study import measured_range, stated_spectrum
 
     spectrum = yield from read_at(("sound", "spectrum"), lambda: stated_spectrum(sound))
@@ -278,6 +280,9 @@ def _check_spectrum(sound: Sound, response: Response) -> Iterator[Mistake]:
         if "frequency_hz" not in response.model_fields_set:
             message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
         yield Mistake(("response", "frequency_hz"), message)
+    if energy is not None and energy.highest_hz > high:
+        message = f"must be in the {spectrum.rows} of {sound.spectrum.name}, to {high:.5g} Hz"
+        yield Mistake(("energy", "highest_hz"), message)
 
 
 def _may_be_pascals(bands: Array) -> bool:

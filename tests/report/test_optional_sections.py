@@ -31,6 +31,7 @@ WRITTEN = {
     "severity, empty": SOUND + "severity: {}",
     "strength of layers alone": SOUND + "severity: {strength: {layers: {tension_1_mpa: 300, "
     "compression_1_mpa: 300, tension_2_mpa: 300, compression_2_mpa: 300, shear_mpa: 170}}}",
+    "energy, empty": SOUND + "energy: {}",
     "limits alone": SOUND + "limits: {middle: {psd: limit.csv}}",
     "notching of base motion, empty": SHAKER.replace("}}", "}, notching: {}}"),
     "limits of an rms value on a shaker": SHAKER + "limits: {middle: {rms_g: 20}}",

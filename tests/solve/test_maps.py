@@ -5,7 +5,7 @@ import pytest
 
 from pidpanel.solve import stress
 from pidpanel.solve.lines import frequency_grid
-from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
+from pidpanel.solve.maps import layer_maps, modal_covariances, motion_weights, rms_map
 from pidpanel.solve.model import ModalBasis, PanelResponse, Patches
 
 RNG = np.random.default_rng(9)
@@ -73,14 +73,14 @@ def test_a_mean_square_over_hundreds_of_lines_is_that_of_miles():
     frequency = frequency_grid(1.0, 1e4, 0.05, [100.0])
     assert frequency.size > 400
     flat, patch = np.ones((1, frequency.size)), Patches(np.array([[[0.1]]]), np.array([0.1]))
-    (found,) = modal_covariances(
-        frequency, ModalBasis([100.0], [2.0], 0.05), patch, 4.0 * flat[0], np.array([[1.0]]),
+    ((_, displacement),) = modal_covariances(
+        frequency, motion_weights(frequency), ModalBasis([100.0], [2.0], 0.05), patch, 4.0 * flat[0], np.array([[1.0]]),
         [(300 * flat, 0 * flat, 1.0)],
     )  # fmt: skip
     omega = 2 * np.pi * 100.0
     damping = 2 * 0.05 * 2.0 * omega + 30.0
     expected = np.sqrt(4.0 / (4 * damping * 2.0 * omega**2))
-    assert rms_map(found.displacement, [[1.0]])[0] == pytest.approx(expected, rel=1e-3)
+    assert rms_map(displacement, [[1.0]])[0] == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("with_air", [False, True])
@@ -94,8 +94,8 @@ def test_covariances_are_sums_of_the_psds_of_all_shapes(with_air):
     damping, mass = RNG.uniform(1.0, 9.0, (2, 1, frequency.size))
     pressure = RNG.uniform(1.0, 2.0, frequency.size)
     (found,) = modal_covariances(
-        frequency, basis, Patches(overlap, np.array([0.1])), pressure, G, [(damping, mass, 3.0)],
-        air if with_air else None,
+        frequency, motion_weights(frequency), basis, Patches(overlap, np.array([0.1])), pressure, G,
+        [(damping, mass, 3.0)], air if with_air else None,
     )  # fmt: skip
     psd = np.empty((frequency.size, n, n))
     for line, w in enumerate(omega):
@@ -104,6 +104,6 @@ def test_covariances_are_sums_of_the_psds_of_all_shapes(with_air):
         H = np.linalg.inv(Z + air[line] * with_air)
         psd[line] = (3.0 * pressure[line] * H @ G @ H.conj().T).real
     acceleration = np.trapezoid(omega[:, None, None] ** 4 * psd, frequency, axis=0)
-    np.testing.assert_allclose(found.acceleration, acceleration, atol=1e-9 * acceleration.max())
+    np.testing.assert_allclose(found[0], acceleration, atol=1e-9 * acceleration.max())
     displacement = np.trapezoid(psd, frequency, axis=0)
-    np.testing.assert_allclose(found.displacement, displacement, atol=1e-9 * displacement.max())
+    np.testing.assert_allclose(found[1], displacement, atol=1e-9 * displacement.max())

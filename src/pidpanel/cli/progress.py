@@ -65,6 +65,7 @@ def stage_names(study: CouponStudy) -> list[str]:
             "sound": study.sound is not None,
             "coupled": study.is_coupled,
             "response": study.sound is not None,
+            "energy": study.energy is not None,
             "severity": study.severity is not None or bool(study.limits),
             "base": study.base is not None,
             "optimise": study.optimise is not None,

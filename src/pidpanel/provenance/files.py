@@ -44,6 +44,7 @@ RESPONSE = {
     "psd": "psd.nc", "summary": "summary.csv", "layouts": "layouts.csv", "stress": "stress.nc",
     "stress_table": "stress.csv", "left_out": "left_out.nc",
 }  # fmt: skip
+ENERGY = {"bands": "bands.csv", "psd": "psd.nc", "summary": "summary.csv"}
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength")
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 
@@ -57,6 +58,8 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
         names["sound"] = sound | air
         names["response"] = {key: f"response/{name}" for key, name in RESPONSE.items()}
         names["maps"] = {"maps": "response/maps.nc", "folder": "response/maps"}
+        if study.energy is not None:
+            names["energy"] = {key: f"energy/{name}" for key, name in ENERGY.items()}
         names["export"] = {"folder": "response/export"}
     if study.severity is not None:
         names["severity"] = {name: f"severity/{name}.csv" for name in SEVERITY}

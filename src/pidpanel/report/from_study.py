@@ -136,6 +136,13 @@ def read_inputs(study: Study, on_panel: inputs.PanelInputs, folder: Path) -> inp
         maps=inputs.with_vertices(
             read_netcdf(response / "maps.nc"), on_panel.basis.vertex_position
         ),
+        energy=inputs.EnergyResults(
+            read_csv(folder / "energy" / "bands.csv"),
+            inputs.read_by_point(folder / "energy" / "summary.csv"),
+            read_netcdf(folder / "energy" / "psd.nc"),
+        )
+        if study.energy
+        else None,
         severity=inputs.read_severity(folder / "severity", study.severity)
         if study.severity
         else None,

@@ -81,6 +81,14 @@ class SeverityResults(NamedTuple):
     maps: xr.Dataset | None = None  # ``severity/maps.nc``
 
 
+class EnergyResults(NamedTuple):
+    """Results of the energy stage; points as text."""
+
+    bands: pd.DataFrame  # ``energy/bands.csv``
+    summary: pd.DataFrame  # ``energy/summary.csv``
+    psd: xr.Dataset  # ``energy/psd.nc``
+
+
 class MeasurementResults(NamedTuple):
     """Results of the measurement stage."""
 
@@ -137,6 +145,7 @@ class Inputs(PanelInputs):
     stress: pd.DataFrame  # ``response/stress.csv``
     maps: xr.Dataset | None = None  # ``response/maps.nc``
     severity: SeverityResults | None = None  # None without the section ``severity``
+    energy: EnergyResults | None = None  # None without the section ``energy``
 
     @property
     def moving_points(self) -> list[str]:

@@ -19,6 +19,7 @@ from pidpanel.report.coupled_section import atlas_section, coupled_section
 from pidpanel.report.coupon_figures import Law, design_figure, loss_factor_tables
 from pidpanel.report.coupon_section import coupon_section, coupon_text
 from pidpanel.report.damping_section import damping_section, fitted_law
+from pidpanel.report.energy_section import energy_section
 from pidpanel.report.facts import cases_text, software_text, study_facts
 from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, figure_picture
@@ -157,6 +158,8 @@ def _under_sound(
         )
     if inputs.maps is not None:
         yield maps_section(inputs.maps, inputs.basis.cell_in_patch, names)
+    if inputs.energy is not None:
+        yield energy_section(inputs.energy, inputs)
     yield summary_section(study, inputs.summary)
     if len(inputs.stress):
         yield stress_section(with_names(inputs.stress, names))

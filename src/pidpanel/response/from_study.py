@@ -239,11 +239,8 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
     output
         maps, a NetCDF file, and folder for ParaView.
     """
-    panel = read_response_panel(study, files)
-    shapes = read_further_shapes(files.left_out)
-    panel = widen(panel, read_plate(files.plate), shapes, StudySound(study))
     psd, coupled = read_psd(files.psd), files.get("coupled")
-    panel = replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
+    panel = read_wide_panel(study, files, psd)
     labels = {scenario.label for scenario in study.mapped_scenarios()}
     if not study.response.maps:
         labels.add(quietest(study, psd))
@@ -254,6 +251,17 @@ def write_maps(study: Study, files: Files, output: Files) -> None:
 
     mapped = [case for case in scenarios_of(study, damper_of) if case.label in labels]
     write_rms_maps(panel, mapped, psd, stamp(study), output)
+
+
+def read_wide_panel(study: Study, files: Files, psd: xr.Dataset) -> ResponsePanel:
+    """Read the panel with the basis and the lines that its responses ``psd`` had.
+
+    ``files`` are modes, plate, modal_force, air and left_out.
+    """
+    panel = read_response_panel(study, files)
+    shapes = read_further_shapes(files.left_out)
+    panel = widen(panel, read_plate(files.plate), shapes, StudySound(study))
+    return replace(panel, least_damping_ratio=float(psd.attrs["resolved_damping_ratio"]))
 
 
 def quietest(study: Study, psd: xr.Dataset) -> str:

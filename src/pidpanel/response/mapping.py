@@ -16,7 +16,7 @@ from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.psd_files import is_steady
 from pidpanel.solve import stress
 from pidpanel.solve.excitation import Excitation, Superposition
-from pidpanel.solve.maps import layer_maps, modal_covariances, rms_map
+from pidpanel.solve.maps import layer_maps, modal_covariances, motion_weights, rms_map
 
 # Unit of each map; strains and stresses have one for each layer.
 UNITS = {"acceleration": "m s-2", "displacement": "m", **stress.QUANTITIES}
@@ -76,6 +76,42 @@ def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
     )
 
 
+def scenario_covariances(
+    panel: ResponsePanel,
+    scenarios: Sequence[ResponseScenario],
+    psd: xr.Dataset,
+    lines: Array,
+    weights: Array,
+) -> dict[str, Array]:
+    """Return Σ (n_weights, n, n) of the scenarios that have a response, by label.
+
+    ``weights`` (n_weights, nf) are those of lines (nf,) [Hz] in `modal_covariances`.
+    """
+    # the own force of the particles is that of one scenario
+    groups: dict[tuple[tuple[str, ...], str], list[ResponseScenario]] = {}
+    filled = [s.patches for s in scenarios if not (s.is_bare or s.is_coupled)]
+    for scenario in scenarios:
+        if is_steady(psd, scenario.label):
+            label = scenario.label if scenario.is_coupled else ""
+            # the bare panel goes with others: most of the work is the same for all of a group
+            places = filled[0] if scenario.is_bare and filled else scenario.patches
+            groups.setdefault((places, label), []).append(scenario)
+    by_label: dict[str, Array] = {}
+    for (names, _), cases in groups.items():
+        excitation: Excitation = panel.excitation
+        if (force := own_force_of(panel, cases[0])) is not None:
+            excitation = Superposition(excitation, force, 1 / cases[0].factor)
+        dampers = [_dampers(lines, psd, case, names) for case in cases]
+        patches = panel.patches.subset([panel.basis.patch_names.index(name) for name in names])
+        spectrum = excitation.spectrum(lines)
+        covariances = modal_covariances(
+            lines, weights, panel.modal, patches, spectrum, excitation, dampers, panel.air
+        )
+        labels = (case.label for case in cases)
+        by_label |= zip(labels, covariances, strict=True)
+    return by_label
+
+
 def write_rms_maps(
     panel: ResponsePanel,
     scenarios: Sequence[ResponseScenario],
@@ -86,43 +122,22 @@ def write_rms_maps(
     """Write rms values over the whole panel."""
     basis = panel.basis
     layers = stress.distinct_layers(basis.layer_names, basis.layer_strain, basis.layer_stress)
-    # the own force of the particles is that of one scenario
-    groups: dict[tuple[tuple[str, ...], str], list[ResponseScenario]] = {}
-    filled = [s.patches for s in scenarios if not (s.is_bare or s.is_coupled)]
-    for scenario in scenarios:
-        if is_steady(psd, scenario.label):
-            label = scenario.label if scenario.is_coupled else ""
-            # the bare panel goes with others: most of the work is the same for all of a group
-            places = filled[0] if scenario.is_bare and filled else scenario.patches
-            groups.setdefault((places, label), []).append(scenario)
+    lines = panel.coarse_frequency
+    found = scenario_covariances(panel, scenarios, psd, lines, motion_weights(lines))
     maps: dict[str, dict[str, Array]] = {}
-    for (names, _), cases in groups.items():
-        excitation: Excitation = panel.excitation
-        if (force := own_force_of(panel, cases[0])) is not None:
-            excitation = Superposition(excitation, force, 1 / cases[0].factor)
-        lines, dampers = (
-            panel.coarse_frequency,
-            [_dampers(panel, psd, case, names) for case in cases],
-        )
-        patches = panel.patches.subset([basis.patch_names.index(name) for name in names])
-        spectrum = excitation.spectrum(lines)
-        covariances = modal_covariances(
-            lines, panel.modal, patches, spectrum, excitation, dampers, panel.air
-        )
-        for scenario, covariance in zip(cases, covariances, strict=True):
-            maps[scenario.label] = {
-                "acceleration": rms_map(covariance.acceleration, basis.shape_at_vertices),
-                "displacement": rms_map(covariance.displacement, basis.shape_at_vertices),
+    for label, (acceleration, displacement) in found.items():
+        maps[label] = {
+            "acceleration": rms_map(acceleration, basis.shape_at_vertices),
+            "displacement": rms_map(displacement, basis.shape_at_vertices),
+        }
+        if layers.names:  # of modes from a file there are none
+            maps[label] |= layer_maps(displacement, basis.curvature_at_vertices, layers)
+        if np.any(basis.core_stress):
+            shear = np.swapaxes(basis.core_stress @ basis.shear_at_vertices, 0, 1)
+            maps[label] |= {
+                name: rms_map(displacement, motion)
+                for name, motion in zip(stress.CORE_STRESSES, shear, strict=True)
             }
-            if layers.names:  # of modes from a file there are none
-                curvature = basis.curvature_at_vertices
-                maps[scenario.label] |= layer_maps(covariance.displacement, curvature, layers)
-            if np.any(basis.core_stress):
-                shear = np.swapaxes(basis.core_stress @ basis.shear_at_vertices, 0, 1)
-                maps[scenario.label] |= {
-                    name: rms_map(covariance.displacement, motion)
-                    for name, motion in zip(stress.CORE_STRESSES, shear, strict=True)
-                }
     errors = [_error_of_points(psd, label) for label in maps]
     dataset = map_dataset(maps, errors, basis.vertex_position, basis.cells, layers.names)
     dataset.assign_attrs(attributes).to_netcdf(output.maps, engine="scipy")
@@ -143,18 +158,18 @@ def _error_of_points(psd: xr.Dataset, label: str) -> float:
 
 
 def _dampers(
-    panel: ResponsePanel, psd: xr.Dataset, scenario: ResponseScenario, names: Sequence[str]
+    frequency: Array, psd: xr.Dataset, scenario: ResponseScenario, names: Sequence[str]
 ) -> tuple[Array, Array, float]:
-    """Return C_e and m_a (n_patches, nf) on the lines of maps, and the factor of the excitation."""
-    lines, coarse = psd["frequency"].to_numpy(), panel.coarse_frequency
+    """Return C_e and m_a (n_patches, nf) at frequencies, and the factor of the excitation."""
     if scenario.is_bare:
-        zero = np.zeros((len(names), coarse.size))
+        zero = np.zeros((len(names), frequency.size))
         return zero, zero, scenario.factor
     case = psd.sel(scenario=scenario.label, patch=list(names))
+    lines = psd["frequency"].to_numpy()
 
     def values(name: str) -> Array:
         by_patch = case[name].transpose("patch", "frequency").to_numpy()
-        rows = [np.interp(coarse, lines, row) for row in by_patch]
-        return np.array(rows).reshape(-1, coarse.size)
+        rows = [np.interp(frequency, lines, row) for row in by_patch]
+        return np.array(rows).reshape(-1, frequency.size)
 
     return values("equivalent_damping"), values("apparent_mass"), scenario.factor

@@ -8,7 +8,6 @@ the mean square of any motion c q is c Σ cᵀ, so the lines are run through onc
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,38 +23,31 @@ from pidpanel.solve.stress import VON_MISES, Layers
 MAP_CUTOFF = 1e-4  # eigenvalues of D dropped, see `bare_panels`: 5e-4 in a PSD, which no map shows
 
 
-@dataclass(frozen=True)
-class ModalCovariance:
-    """Mean squares of the modal coordinates of one scenario."""
-
-    # (n, n) Σ_a [m²/s⁴] and Σ_w [m²]
-    acceleration: Array
-    displacement: Array
-
-
 def modal_covariances(
     frequency: Array,
+    weights: Array,
     basis: ModalBasis,
     patches: Patches,
     spectrum: Array,
     modal_force: MatrixInput,
     dampers: Sequence[tuple[Array, Array, float]],
     air_stiffness: MatrixInput | None = None,
-) -> list[ModalCovariance]:
-    """Return Σ_a and Σ_w of several dampers on the same patches.
+) -> list[Array]:
+    """Return Σ = ∫ weight Re S_q df of several dampers on the same patches, (n_weights, n, n) each.
 
     Parameters
     ----------
     frequency, basis, patches, spectrum, modal_force, air_stiffness
         Same as in `bare_panels`, the last two as functions of frequency or one matrix. Three lines
         per half-power bandwidth give rms values within 1e-3 (`lines.frequency_grid`).
+    weights
+        (n_weights, nf) weights of the lines in the integrals, such as `motion_weights`.
     dampers
         C_e and m_a (n_patches, nf) of each scenario, and the factor on ``spectrum``.
     """
     n = basis.natural_frequency.size
-    weight = trapezoid_weights(frequency)
-    weights = np.stack([weight * (2 * np.pi * frequency) ** 4, weight])
-    bare_sum, damper_sums = np.zeros((2, n, n)), np.zeros((len(dampers), 2, n, n))
+    bare_sum = np.zeros((len(weights), n, n))
+    damper_sums = np.zeros((len(dampers), *bare_sum.shape))
     chunks = list(chunks_of_lines(frequency.size, n))
     for lines in with_progress(chunks, "parts of the frequency range"):
         f, level = frequency[lines], spectrum[lines]
@@ -66,9 +58,14 @@ def modal_covariances(
         for drop, (damping, mass, _) in zip(damper_sums, dampers, strict=True):
             drop += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
     return [
-        ModalCovariance(*(factor * (bare_sum - drop)))
-        for drop, (_, _, factor) in zip(damper_sums, dampers, strict=True)
+        factor * (bare_sum - drop) for drop, (_, _, factor) in zip(damper_sums, dampers, strict=True)
     ]
+
+
+def motion_weights(frequency: Array) -> Array:
+    """Return weights (2, nf) of lines [Hz] in Σ_a and Σ_w."""
+    weight = trapezoid_weights(frequency)
+    return np.stack([weight * (2 * np.pi * frequency) ** 4, weight])
 
 
 def rms_map(covariance: Array, motion: Array) -> Array:

@@ -52,6 +52,13 @@ class Response(SectionModel):
             yield Mistake(("radiation",), message)
 
 
+class Energy(SectionModel):
+    """Frequencies above those of the response, by statistical energy."""
+
+    highest_hz: Frequency = 8000.0
+    """Highest frequency of the PSDs [Hz]; dampers have theirs to the end of their data."""
+
+
 class Measurement(SectionModel):
     """A measured acceleration PSD, transmissibility or accelerance of a response point."""
 

@@ -27,7 +27,7 @@ from pidpanel.study.dampers import (
 from pidpanel.study.damping import Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.optimise import Optimise
-from pidpanel.study.response import Measurement, Radiation, Response
+from pidpanel.study.response import Energy, Measurement, Radiation, Response
 from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Scenario
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
@@ -64,6 +64,9 @@ class Study(CouponStudy):
     """Families of one patch, and layouts; none for a study of the bare panel."""
     optimise: Optimise | None = None
     """Search for layouts within a mass budget."""
+    energy: Energy | None = None
+    """Statistical energy of a flat panel in a diffuse field, above the frequencies of the
+    response; none without this section."""
     severity: Severity | None = None
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
     limits: Mapping[Text, AccelerationLimit] = {}
@@ -97,6 +100,7 @@ class Study(CouponStudy):
                 message = f"{CHARACTERS}, with blanks between them, the first a letter or a digit"
                 yield Mistake(("dampers", name), f"must have a name of {message}")
         yield from requirements.mistakes_of_coupled(self)
+        yield from requirements.mistakes_of_energy(self)
         yield from requirements.mistakes_of_severity(self)
         yield from requirements.mistakes_of_limits(self)
         yield from requirements.mistakes_of_base(self)

@@ -143,6 +143,12 @@ def _branches(
                 read = Files(everything.all | {"maps": stages["maps"].several("maps")})
                 write_severity(study, read, stages["severity"])
 
+    def energy() -> None:
+        from pidpanel.energy.from_study import write_energy
+
+        with _stage("energy", log):
+            write_energy(study, everything, stages["energy"], None, None)
+
     def export() -> None:
         from pidpanel.response.from_study import write_export
 
@@ -174,6 +180,8 @@ def _branches(
     if study.sound is not None:
         yield maps
         yield export
+    if study.energy is not None:
+        yield energy
     yield base
 
 

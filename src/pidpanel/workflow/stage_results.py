@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pidpanel.arrays import Array
 from pidpanel.base.from_study import write_base
+from pidpanel.energy.from_study import write_energy
 from pidpanel.optimise.from_study import write_proposal
 from pidpanel.panel.files import read_basis
 from pidpanel.provenance.digests import stamp
@@ -23,7 +24,7 @@ from pidpanel.study import Study, StudyError
 # Stages whose results a stage reads.
 UPSTREAM = {
     "panel": (), "sound": ("panel",), "base": ("panel",), "response": ("panel", "sound"),
-    "optimise": ("panel", "sound"),
+    "optimise": ("panel", "sound"), "energy": ("panel", "sound", "response"),
 }  # fmt: skip
 
 
@@ -96,7 +97,13 @@ class StageResults:
                 write_base(study, upstream, None, files)
             elif stage == "optimise":
                 write_proposal(study, upstream, None, files)
+            elif stage == "energy":
+                write_energy(study, upstream, files, *self._folders)
             else:
-                damping = self.results / "damping" if study.coupons else None
-                coupled = self.results / "coupled" if study.is_coupled else None
-                write_response(study, upstream, files, damping, coupled, lines)
+                write_response(study, upstream, files, *self._folders, lines)
+
+    @property
+    def _folders(self) -> tuple[Path | None, Path | None]:
+        """Folders of the surfaces and of the coupled runs; None for a study without any."""
+        damping = self.results / "damping" if self.study.coupons else None
+        return damping, self.results / "coupled" if self.study.is_coupled else None
