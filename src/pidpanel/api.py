@@ -304,7 +304,10 @@ class Model:
         psd = read_netcdf(files.psd)
         template = psd["acceleration_psd"].isel(frequency=0, drop=True)
         columns = {name: RMS[name] for name in ("acceleration_rms_g", "acceleration_rms_error_g")}
-        for column, (name, units, factor) in {**columns, "highest_hz": ("highest", "Hz", 1.0)}.items():
+        for column, (name, units, factor) in {
+            **columns,
+            "highest_hz": ("highest", "Hz", 1.0),
+        }.items():
             rows = index[column].to_xarray().reindex_like(template).transpose(*template.dims)
             psd[name] = (rows * factor).assign_attrs(units=units)
         return psd.assign(status=index["status"].to_xarray().reindex_like(template))

@@ -281,7 +281,7 @@ def _check_spectrum(
             message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
         yield Mistake(("response", "frequency_hz"), message)
     if energy is not None and energy.highest_hz > high:
-        message = f"must be in the {spectrum.rows} of {sound.spectrum.name}, to {high:.5g} Hz"
+        message = f"must be in the {spectrum.rows} of {sound.level_file.name}, to {high:.5g} Hz"
         yield Mistake(("energy", "highest_hz"), message)
 
 

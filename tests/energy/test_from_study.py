@@ -7,10 +7,9 @@ import pandas as pd
 import pytest
 
 from pidpanel.api import Model
-from pidpanel.constants import STANDARD_GRAVITY
+from pidpanel.panel.section import ThinSection
 from pidpanel.study import StudyError
 from tests.energy.panels import energy_panel
-from pidpanel.panel.section import ThinSection
 
 STUDY = {
     "panel": {
@@ -95,10 +94,16 @@ def test_the_damper_lowers_both_answers_alike(model, found):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"sound.field": "uniform"}, "energy = {highest_hz: 6000}: only allowed with sound.field: diffuse"),
+        (
+            {"sound.field": "uniform"},
+            "energy = {highest_hz: 6000}: only allowed with sound.field: diffuse",
+        ),
         ({"energy.highest_hz": 2000}, "energy.highest_hz = 2000: must be above"),
         ({"energy.highest_hz": 12000}, "energy.highest_hz = 12000: must be in the bands"),
-        ({"sound.surroundings": {"wall_m": 0.1}}, "energy = {highest_hz: 6000}: not allowed with a wall"),
+        (
+            {"sound.surroundings": {"wall_m": 0.1}},
+            "energy = {highest_hz: 6000}: not allowed with a wall",
+        ),
     ],
 )
 def test_what_has_no_statistical_energy_is_refused(model, changes, message):

@@ -26,7 +26,7 @@ PANELS = {
 LINES = np.linspace(1 / HALF, HALF, 21)[1::2]
 
 
-def difference_db(name, centre, load=DamperLoad(), loss=0.02):
+def difference_db(name, centre, load=None, loss=0.02):
     """Energy over the sum over modes in a third octave, its standard error, and its response."""
     section, size, modes = PANELS[name]
     panel = energy_panel(section, size)
@@ -60,7 +60,7 @@ def test_a_sandwich_with_an_orthotropic_core_is_within_025_db_of_its_modes(centr
 
 @pytest.mark.parametrize("centre", [630.957, 1258.925, 1995.262])
 def test_far_below_coincidence_edges_radiate_and_long_waves_force(centre):
-    difference, error, found = difference_db("plate of 2 mm", centre)
+    difference, _, found = difference_db("plate of 2 mm", centre)
     assert abs(difference) < 0.4
     assert 0.6 < found.resonant_share.mean() < 0.85
     assert not found.at_coincidence.any()

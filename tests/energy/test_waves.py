@@ -32,7 +32,7 @@ def test_a_mode_of_a_sandwich_is_a_wave_in_its_own_direction():
 def test_wavenumbers_in_between_belong_to_their_frequencies():
     waves, angle = PanelWaves(SANDWICH), np.array([0.3, 1.234, 2.9])
     omega = 2 * np.pi * np.array([200.0, 3000.0])
-    kappa = waves.along(omega, angle)
+    kappa = waves.wavenumber_towards(omega, angle)
     np.testing.assert_allclose(wave_frequency(SANDWICH, kappa, angle), omega[:, None] * np.ones(3),
                                rtol=1e-5)  # fmt: skip
 

@@ -41,13 +41,12 @@ def test_dampers_are_read_on_the_lines_of_the_maps():
         {"equivalent_damping": (names, values), "apparent_mass": (names, 2 * values)},
         {"scenario": ["s"], "frequency": lines, "patch": ["a", "b"]},
     )
-    panel = SimpleNamespace(coarse_frequency=coarse)
     scenario = SimpleNamespace(is_bare=False, label="s", patches=("b", "a"), factor=2.5)
-    damping, mass, factor = _dampers(panel, psd, scenario, scenario.patches)
+    damping, mass, factor = _dampers(coarse, psd, scenario, scenario.patches)
     np.testing.assert_allclose(damping, [[15, 30], [2, 5]])
     np.testing.assert_allclose(mass, 2 * damping)
     assert factor == 2.5
-    bare = _dampers(panel, psd, SimpleNamespace(is_bare=True, factor=0.5), ("a", "b"))
+    bare = _dampers(coarse, psd, SimpleNamespace(is_bare=True, factor=0.5), ("a", "b"))
     assert bare[0].shape == (2, 2) and not bare[0].any() and not bare[1].any() and bare[2] == 0.5
 
 
@@ -62,17 +61,16 @@ def test_maps_are_of_every_scenario_with_the_force_of_its_own_particles(tmp_path
     # no core where a component of its stress is none
     asked = []
 
-    def covariances(frequency, modal, patches, spectrum, excitation, dampers, air):
+    def covariances(frequency, weights, modal, patches, spectrum, excitation, dampers, air):
         asked.append((excitation, patches, dampers))
-        one = SimpleNamespace(acceleration=np.array([[4.0]]), displacement=np.array([[9.0]]))
-        return [one] * len(dampers)
+        return [np.array([[[4.0]], [[9.0]]])] * len(dampers)
 
     known = {
         "modal_covariances": covariances,
         "write_paraview": lambda folder, dataset: None,
         "is_steady": lambda psd, label: True,
         "_error_of_points": lambda psd, label: 0.1,
-        "_dampers": lambda panel, psd, scenario, names: scenario.label,
+        "_dampers": lambda lines, psd, scenario, names: scenario.label,
         "own_force_of": lambda panel, scenario: scenario.force,
     }
     for name, function in known.items():

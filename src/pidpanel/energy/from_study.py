@@ -1,6 +1,6 @@
 """Statistical energy of a study: the only module of the stage that reads it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,6 +44,7 @@ from pidpanel.solve.panel import fixed_points
 from pidpanel.sound.field import lumped_area
 from pidpanel.sound.from_study import WETTED_SIDES
 from pidpanel.study import Study, StudyError
+from pidpanel.study.structure import Structure
 
 COMPARED = 2 * OCTAVE  # third octaves in which both answers are compared, the last of the modal one
 LINES_PER_OCTAVE = 24  # beyond the modal answer
@@ -53,7 +54,7 @@ VARIABLES = described_variables(Path(__file__).with_name("variables.csv"))
 NAMES = {"scenario": str, "point": str, "patch": str}
 
 
-class Known(NamedTuple):
+class DamperEnergy(NamedTuple):
     """What a scenario's dampers do to the energy of the panel."""
 
     load: DamperLoad
@@ -65,14 +66,16 @@ class Known(NamedTuple):
 def energy_panel(study: Study, panel: ResponsePanel) -> EnergyPanel:
     """Return the panel of a study for statistical energy."""
     sound, basis = study.acoustics, panel.basis
+    if isinstance(study.panel, Structure):
+        raise StudyError(f"{study.name}: energy: only allowed with a panel")
     studied = StudiedPanel(study.panel)
     cells = basis.cells
     kind = {4: "quadrilaterals", 3: "triangles"}[cells.shape[1]]
     mesh = PanelMesh(basis.vertex_position, cells, kind, {}, {})
-    _, held = held_vertices(mesh, studied.supports)
+    _, supported = held_vertices(mesh, studied.supports)
     pairs = boundary_edges(cells)
     step = basis.vertex_position[pairs[:, 1]] - basis.vertex_position[pairs[:, 0]]
-    kinds = (held.get(tuple(sorted(pair)), ("free",))[0] for pair in pairs.tolist())
+    kinds = (supported.get(tuple(sorted(pair)), ("free",))[0] for pair in pairs.tolist())
     edges = Edges(np.hypot(*step.T), np.arctan2(*step.T[::-1]), tuple(kinds))
     sides = WETTED_SIDES.get(study.radiation, 0)
     medium = Medium(sound.speed_m_s, sound.air_density_kg_m3, sides, not sound.is_free)
@@ -81,9 +84,9 @@ def energy_panel(study: Study, panel: ResponsePanel) -> EnergyPanel:
     return EnergyPanel(waves, area, edges, study.panel.modal_damping, medium)
 
 
-def known_damping(
+def damper_energy(
     scenario: ResponseScenario, gamma: Mapping[str, float], panel: ResponsePanel, lines: Array
-) -> Known:
+) -> DamperEnergy:
     """Return what the dampers of a scenario do at lines (nf,) [Hz], at their Γ by patch."""
     resistance, mass, error = np.zeros((3, lines.size))
     highest = np.inf
@@ -93,19 +96,18 @@ def known_damping(
         try:
             values = damper.model(lines, damper.fill, read_at)
         except DampingError as reason:
-            return Known(DamperLoad(), error, 0.0, f"{patch}: {reason}")
+            return DamperEnergy(DamperLoad(), error, 0.0, f"{patch}: {reason}")
         end = np.inf if values.inside.all() else lines[np.argmin(values.inside)]
         inside = lines < end
-        if inside.any():
-            parts = (lines, values.equivalent_damping, values.apparent_mass)
-            if why := heavy(*(part[inside] for part in parts), panel.mass_per_area):
-                return Known(DamperLoad(), error, 0.0, f"damper on {patch} is {why}")
+        C_e, m_a = values.equivalent_damping, values.apparent_mass
+        if why := heavy(lines[inside], C_e[inside], m_a[inside], panel.mass_per_area):
+            return DamperEnergy(DamperLoad(), error, 0.0, f"damper on {patch} is {why}")
         highest = min(highest, end)
-        resistance += area * values.equivalent_damping
-        mass += area * values.apparent_mass
+        resistance += area * C_e
+        mass += area * m_a
         error += area * values.equivalent_damping_error
     relative = np.divide(error, resistance, out=np.zeros_like(error), where=resistance > 0)
-    return Known(DamperLoad(resistance, mass), relative, highest, "")
+    return DamperEnergy(DamperLoad(resistance, mass), relative, highest, "")
 
 
 def mode_factors(panel: ResponsePanel, low: float, high: float) -> Factors:
@@ -118,99 +120,101 @@ def mode_factors(panel: ResponsePanel, low: float, high: float) -> Factors:
     force = np.asarray(panel.excitation(np.array([np.sqrt(low * high)]))[0]).real
     overlap = np.diagonal(basis.face_overlap)[modes]
     area = lumped_area(basis.vertex_position, basis.cells)
-    return factors_of(
-        np.diagonal(force)[modes], overlap, basis.shape_at_vertices[:, modes], area
-    )
+    return factors_of(np.diagonal(force)[modes], overlap, basis.shape_at_vertices[:, modes], area)
+
+
+class Answer(NamedTuple):
+    """Statistical energy of a scenario."""
+
+    bands: Bands
+    at_centres: EnergyResponse
+    # (n_bands,) and (n_compared,) area mean of S_a in the bands [(m/s²)²/Hz]
+    energy_mean: Array
+    modal_mean: Array
+    psd: Array  # (nf,) S_a by energy at the lines, 0 below the bands [(m/s²)²/Hz]
+    highest: float  # end of the PSD [Hz]
+    status: str  # why there is no transition; "" where there is one
 
 
 class _Energies:
-    """The answers of all scenarios of a study."""
+    """Bands and lines of a study, and the answers of its scenarios."""
 
     def __init__(self, study: Study, panel: ResponsePanel, psd: xr.Dataset) -> None:
-        section = study.energy
-        if section is None:
+        if study.energy is None:
             raise StudyError(f"{study.name}: energy: missing")
         self.panel, self.psd, self.energy = panel, psd, energy_panel(study, panel)
-        (low, end), self.highest = study.response.frequency_hz, section.highest_hz
+        (low, self.end), self.highest = study.response.frequency_hz, study.energy.highest_hz
         centre, edge = third_octaves(low, self.highest)
-        whole = np.isclose(edge[:, 1] / edge[:, 0], 10**0.1)
-        compared = np.flatnonzero(whole & (edge[:, 1] <= end * (1 + 1e-9)))[-COMPARED:]
-        first = compared[0] if compared.size else np.flatnonzero(edge[:, 1] > end)[0]
-        self.centre, self.edge = centre[first:], edge[first:]
+        is_modal = np.isclose(edge[:, 1] / edge[:, 0], 10**0.1) & (
+            edge[:, 1] < self.end * (1 + JUST)
+        )
+        compared = np.flatnonzero(is_modal)[-COMPARED:]
         self.compared = len(compared)
-        self.end = end
+        used = (np.arange(len(centre)) >= compared.min(initial=len(centre))) | (
+            edge[:, 1] > self.end
+        )
+        self.centre, self.edge = centre[used], edge[used]
         last = self.edge[max(self.compared - OCTAVE, 0) : max(self.compared, 1)]
         self.octave = float(last[0, 0]), float(last[-1, 1])
         self.factors = mode_factors(panel, *self.octave)
-        lines = psd["frequency"].to_numpy()
-        count = int(np.ceil(LINES_PER_OCTAVE * np.log2(self.highest / end))) + 1
+        modal = psd["frequency"].to_numpy()
+        count = int(np.ceil(LINES_PER_OCTAVE * np.log2(self.highest / self.end))) + 1
         jumps = np.multiply.outer([1 - JUST, 1 + JUST], np.asarray(panel.settings.jumps)).ravel()
-        further = np.union1d(np.geomspace(end, self.highest, count), jumps)
-        further = further[(further > end) & (further <= self.highest)]
-        self.lines = np.concatenate([lines, further])
-        self.is_modal = np.arange(self.lines.size) < lines.size
+        further = np.union1d(np.geomspace(self.end, self.highest, count), jumps)
+        further = further[(further > self.end) & (further <= self.highest)]
+        self.lines = np.concatenate([modal, further])
+        self.is_modal = np.arange(self.lines.size) < modal.size
 
-    def weights(self, lines: Array) -> Array:
-        """Return weights (n_compared, nf) of lines in the mean acceleration PSD of each band."""
-        lower, upper = self.edge[: self.compared].T[..., None]
+    def band_weights(self, lines: Array) -> Array:
+        """Return weights (n_bands, nf) of lines in the mean over each band."""
+        lower, upper = self.edge.T[..., None]
         weight = trapezoid_weights(lines) * ((lines >= lower) & (lines < upper))
-        return weight / weight.sum(axis=1, keepdims=True)
+        return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
-    def modal_means(self, scenarios: list[ResponseScenario]) -> dict[str, Array]:
+    def modal_means(self, scenarios: Sequence[ResponseScenario]) -> dict[str, Array]:
         """Return the modal area mean of S_a (n_compared,) [(m/s²)²/Hz] by scenario."""
         lines = self.panel.coarse_frequency
         lines = lines[lines >= self.edge[0, 0]]
-        weights = self.weights(lines) * (2 * np.pi * lines) ** 4
-        found = scenario_covariances(self.panel, scenarios, self.psd, lines, weights)
+        with np.errstate(invalid="ignore"):  # bands beyond the modal answer have no lines
+            weights = self.band_weights(lines)[: self.compared] * (2 * np.pi * lines) ** 4
+        covariances = scenario_covariances(self.panel, scenarios, self.psd, lines, weights)
         overlap = self.panel.basis.face_overlap / self.energy.area
-        return {label: np.tensordot(sums, overlap, axes=2) for label, sums in found.items()}
+        return {label: np.tensordot(sums, overlap, axes=2) for label, sums in covariances.items()}
 
     def answer(
         self, scenario: ResponseScenario, gamma: Mapping[str, float], modal: Array
-    ) -> dict[str, Any]:
-        """Return bands, lines and status of a scenario."""
+    ) -> Answer:
+        """Return the answer of a scenario at the Γ of its patches."""
         used = self.lines >= self.edge[0, 0]
         f = self.lines[used]
-        known = known_damping(scenario, gamma, self.panel, f)
-        energy = self.energy.response(f, known.load)
-        pressure = scenario.factor * self.panel.excitation.spectrum(f)
-        values = np.zeros(self.lines.size)
-        values[used] = energy.acceleration * pressure
-        highest = min(self.highest, known.highest)
-        bands, mean = self._bands(energy, known, f, values[used], modal)
-        status = known.refusal or objection(bands)
+        dampers = damper_energy(scenario, gamma, self.panel, f)
+        load, centre = dampers.load, self.centre
+        response = self.energy.response(f, load)
+        psd = np.zeros(self.lines.size)
+        spectrum = self.panel.excitation.spectrum(f)
+        psd[used] = scenario.factor * response.acceleration * spectrum
+        local_load = DamperLoad(
+            *(np.interp(centre, f, np.broadcast_to(part, f.shape)) for part in load)
+        )
+        local = self.energy.response(centre, local_load)
+        weights = self.band_weights(f)
+        mean = weights @ psd[used]
+        local = local._replace(
+            at_coincidence=weights @ response.at_coincidence > 0.5,
+            is_known=weights @ response.is_known > 1 - JUST,
+        )
+        difference = np.full(centre.size, np.nan)
+        difference[: self.compared] = 10 * np.log10(mean[: self.compared] / modal)
+        errors = band_errors(centre, local, self.factors, np.interp(centre, f, dampers.error))
+        modes = local.modal_density * centre * THIRD
+        bands = Bands(centre, modes, difference, local.at_coincidence, local.is_known, *errors)
+        highest = min(self.highest, dampers.highest)
+        status = dampers.refusal or objection(bands)
         if scenario.is_coupled:
             status = "coupled runs end with the modal answer"
         elif not status and highest <= self.end:
             status = f"damping is known to {highest:.4g} Hz only"
-        highest = self.end if status else highest
-        error = np.interp(np.log(self.lines), np.log(self.centre), bands.point_error)
-        return {
-            "bands": bands, "energy_mean": mean, "psd": values, "error": error, "status": status,
-            "highest": highest, "loss": energy, "lines": f,
-        }  # fmt: skip
-
-    def _bands(
-        self, energy: EnergyResponse, known: Known, f: Array, psd: Array, modal: Array
-    ) -> tuple[Bands, Array]:
-        """Return the third octaves, and the mean PSD by energy in each."""
-
-        def at_centre(values: Array) -> Array:
-            return np.interp(self.centre, f, values)
-
-        local = EnergyResponse(*(at_centre(np.asarray(v, float)) for v in energy))
-        lower, upper = self.edge.T[..., None]
-        weight = trapezoid_weights(f) * ((f >= lower) & (f < upper))
-        total = weight.sum(axis=1)
-        mean = weight @ psd / total
-        coincident = (weight @ energy.at_coincidence > 0.5 * total)
-        difference = np.full(self.centre.size, np.nan)
-        difference[: self.compared] = 10 * np.log10(mean[: self.compared] / modal)
-        local = local._replace(at_coincidence=coincident)
-        errors = band_errors(self.centre, local, self.factors, at_centre(known.error))
-        modes = local.modal_density * self.centre * THIRD
-        is_known = weight @ energy.is_known > (1 - 1e-9) * total
-        return Bands(self.centre, modes, difference, coincident, is_known, *errors), mean
+        return Answer(bands, local, mean, modal, psd, self.end if status else highest, status)
 
 
 def write_energy(
@@ -235,121 +239,106 @@ def write_energy(
         if is_steady(psd, scenario.label)
     ]
     energies = _Energies(study, panel, psd)
-    layouts = read_csv(files.layouts, dtype=NAMES).set_index(["scenario", "patch"])
-    summary = read_csv(files.summary, dtype=NAMES).set_index(["scenario", "point"]).sort_index()
+    layouts, summary = (read_csv(path, dtype=NAMES) for path in (files.layouts, files.summary))
     modal = energies.modal_means(scenarios)
     bands, rows, curves = [], [], {}
     for scenario in scenarios:
-        gamma = {
-            patch: float(layouts.loc[(scenario.label, patch), "damping_read_at_g"])
-            for patch in scenario.patches
-        }
-        answer = energies.answer(scenario, gamma, modal[scenario.label])
-        bands.append(_band_table(energies, scenario.label, answer, modal[scenario.label]))
-        curves[scenario.label] = _curves(energies, scenario.label, answer)
-        case = summary.loc[scenario.label]
-        rows += list(_summary_rows(energies, scenario.label, answer, curves[scenario.label], case))
+        label = scenario.label
+        cases = layouts[layouts["scenario"] == label]
+        gamma = dict(zip(cases["patch"], cases["damping_read_at_g"], strict=True))
+        answer = energies.answer(scenario, gamma, modal[label])
+        bands.append(_band_table(label, answer))
+        curves[label] = _curves(energies, label, answer)
+        points = summary[summary["scenario"] == label].to_dict("records")
+        by_point = {str(row["point"]): row for row in points}
+        rows += list(_summary_rows(energies, answer, curves[label], by_point))
     write_csv(output.bands, pd.concat(bands))
     write_csv(output.summary, pd.DataFrame(rows))
     axes = {
-        "frequency": energies.lines, "scenario": list(curves), "point": panel.basis.point_names
-    }  # fmt: skip
+        "frequency": energies.lines,
+        "scenario": list(curves),
+        "point": panel.basis.point_names,
+    }
     dataset = cases_dataset(curves, VARIABLES, axes).assign_attrs(stamp(study))
     dataset.to_netcdf(output.psd, engine="scipy")
 
 
-def _band_table(
-    energies: _Energies, label: str, answer: Mapping[str, Any], modal: Array
-) -> pd.DataFrame:
+def _band_table(label: str, answer: Answer) -> pd.DataFrame:
     """Return the rows of ``bands.csv`` of a scenario."""
-    bands, energy, g = answer["bands"], answer["loss"], STANDARD_GRAVITY**2
-    modal_mean = np.full(bands.centre.size, np.nan)
-    modal_mean[: energies.compared] = modal
-
-    def at_centre(values: Array) -> Array:
-        return np.interp(bands.centre, answer["lines"], values)
-
-    return pd.DataFrame(
-        {
-            "scenario": label,
-            "center_hz": bands.centre,
-            "modes": bands.modes,
-            "wavenumber_ratio": at_centre(energy.wavenumber_ratio),
-            "radiation_efficiency": at_centre(energy.radiation_efficiency),
-            "loss_factor": at_centre(energy.loss_factor),
-            "damper_loss_factor": at_centre(energy.damper_loss_factor),
-            "resonant_share": at_centre(energy.resonant_share),
-            "energy_psd_g2_hz": answer["energy_mean"] / g,
-            "modal_psd_g2_hz": modal_mean / g,
-            "difference_db": bands.difference_db,
-            "mean_error_db": 10 / np.log(10) * bands.mean_error,
-            "point_error_db": 10 / np.log(10) * bands.point_error,
-            "at_coincidence": bands.at_coincidence.astype(int),
-        }
-    )[bands.centre <= answer["highest"]]
+    bands, energy, g = answer.bands, answer.at_centres, STANDARD_GRAVITY**2
+    modal = np.full(bands.centre.size, np.nan)
+    modal[: answer.modal_mean.size] = answer.modal_mean
+    columns = {
+        "scenario": label,
+        "center_hz": bands.centre,
+        "modes": bands.modes,
+        "wavenumber_ratio": energy.wavenumber_ratio,
+        "radiation_efficiency": energy.radiation_efficiency,
+        "loss_factor": energy.loss_factor,
+        "damper_loss_factor": energy.damper_loss_factor,
+        "resonant_share": energy.resonant_share,
+        "energy_psd_g2_hz": answer.energy_mean / g,
+        "modal_psd_g2_hz": modal / g,
+        "difference_db": bands.difference_db,
+        "mean_error_db": 10 / np.log(10) * bands.mean_error,
+        "point_error_db": 10 / np.log(10) * bands.point_error,
+        "at_coincidence": bands.at_coincidence.astype(int),
+    }
+    return pd.DataFrame(columns)[bands.centre <= answer.highest]
 
 
-def _curves(energies: _Energies, label: str, answer: Mapping[str, Any]) -> dict[str, Array]:
+def _curves(energies: _Energies, label: str, answer: Answer) -> dict[str, Array]:
     """Return the variables of ``psd.nc`` of a scenario, one PSD of each point (nf, n_points)."""
     lines, is_modal = energies.lines, energies.is_modal
     case = energies.psd.sel(scenario=label)
-    modal = np.zeros((lines.size, case.sizes["point"]))
+    modal, modal_error = np.zeros((2, lines.size, case.sizes["point"]))
     modal[is_modal] = case["acceleration_psd"].transpose("frequency", "point").to_numpy()
-    log_error = np.zeros_like(modal)
-    if "acceleration_psd_log_error" in case:
-        error = case["acceleration_psd_log_error"].transpose("frequency", "point").to_numpy()
-        log_error[is_modal] = np.nan_to_num(error)
+    if (name := "acceleration_psd_log_error") in case:
+        error = case[name].transpose("frequency", "point").to_numpy()
+        modal_error[is_modal] = np.nan_to_num(error)
     share = np.where(is_modal, 0.0, np.nan)
-    if not answer["status"]:
+    if not answer.status:
         share = energy_share(lines, *energies.octave)
-    share = share[:, None]
-    moves = ~fixed_points(energies.panel.basis)
-    energy = answer["psd"][:, None] * moves
-    psd = (1 - share) * modal + share * energy
-    parts = (1 - share) * modal * log_error, share * energy * answer["error"][:, None]
-    known = np.hypot(*parts)
-    error = np.divide(known, psd, out=np.zeros_like(psd), where=psd > 0)
-    beyond = lines > answer["highest"]
-    psd[beyond], error[beyond] = np.nan, np.nan
-    return {"acceleration_psd": psd, "acceleration_psd_log_error": error, "share": share[:, 0]}
+    energy = (share * answer.psd)[:, None] * ~fixed_points(energies.panel.basis)
+    modal *= 1 - share[:, None]
+    bands = answer.bands
+    energy_error = np.interp(np.log(lines), np.log(bands.centre), bands.point_error)[:, None]
+    psd = modal + energy
+    spread = np.hypot(modal * modal_error, energy * energy_error)
+    error = np.divide(spread, psd, out=np.zeros_like(psd), where=psd > 0)
+    psd[lines > answer.highest], error[lines > answer.highest] = np.nan, np.nan
+    return {"acceleration_psd": psd, "acceleration_psd_log_error": error, "share": share}
 
 
 def _summary_rows(
     energies: _Energies,
-    label: str,
-    answer: Mapping[str, Any],
+    answer: Answer,
     curves: Mapping[str, Array],
-    summary: pd.DataFrame,
+    summary: Mapping[str, Mapping[Hashable, Any]],
 ) -> Iterator[dict[str, Any]]:
-    """Yield the rows of ``summary.csv`` of a scenario, one for each point."""
-    status = answer["status"]
-    lines, psd = energies.lines, curves["acceleration_psd"]
-    used = np.isfinite(psd).all(axis=1)
-    weight = trapezoid_weights(lines[used])[:, None]
-    share = np.nan_to_num(curves["share"])[used, None]
-    energy = weight * share * answer["psd"][used, None]
+    """Yield the rows of ``summary.csv`` of a scenario by point; ``summary`` is of its response."""
+    used = energies.lines <= answer.highest
+    lines, psd = energies.lines[used], curves["acceleration_psd"][used]
+    weight = trapezoid_weights(lines)
+    energy = weight * np.nan_to_num(curves["share"][used]) * answer.psd[used]
     # bands err independently of each other
-    band = np.searchsorted(energies.edge[:, 1], lines[used])
-    by_band = np.zeros((energies.centre.size + 1, 1))
-    np.add.at(by_band, band, energy)
-    spread = np.append(answer["bands"].point_error, 0.0)
-    scatter = float(np.sum((by_band[:, 0] * spread) ** 2))
-    for number, point in enumerate(energies.panel.basis.point_names):
-        total = float(np.sum(weight[:, 0] * psd[used, number]))
-        row, moves = summary.loc[point], total > 0
-        rms = row["acceleration_rms_g"]
-        modal = total - float(energy.sum()) * moves
-        relative = np.nan_to_num(row["acceleration_rms_error_g"] / rms) if rms > 0 else 0.0
-        variance = (2 * relative * modal) ** 2 + scatter * moves
+    band = np.searchsorted(energies.edge[:, 1], lines)
+    in_band = np.bincount(band, energy, energies.centre.size + 1)[:-1]
+    scatter = float(np.sum((in_band * answer.bands.point_error) ** 2))
+    transition = (np.nan, np.nan) if answer.status else energies.octave
+    for point, total in zip(energies.panel.basis.point_names, weight @ psd, strict=True):
+        rms, error = (summary[point][f"acceleration_rms{end}_g"] for end in ("", "_error"))
+        relative = np.nan_to_num(error / rms) if rms > 0 else 0.0
+        variance = (2 * relative * (total - energy.sum())) ** 2 + scatter
         value = np.sqrt(total) / STANDARD_GRAVITY
         yield {
-            "scenario": label,
+            "scenario": summary[point]["scenario"],
             "point": point,
             "modal_rms_g": rms,
-            "highest_hz": answer["highest"],
+            "highest_hz": answer.highest,
             "acceleration_rms_g": value,
-            "acceleration_rms_error_g": value * np.sqrt(variance) / (2 * total) if moves else 0.0,
-            "transition_low_hz": np.nan if status else energies.octave[0],
-            "transition_high_hz": np.nan if status else energies.octave[1],
-            "status": status or "ok",
+            "acceleration_rms_error_g": value * np.sqrt(variance) / (2 * total) if total else 0.0,
+            "transition_low_hz": transition[0],
+            "transition_high_hz": transition[1],
+            "status": answer.status or "ok",
         }

@@ -3,12 +3,13 @@
 With n modes per hertz, radiation efficiency σ, k = ω/c₀ and the loss factor η, the area mean of the
 acceleration PSD over the PSD of the pressure on the face is
 
-    S_a/S_p = n ω π σ/(2 η m″² k² A)  +  (1/m″²) ⟨ ∫₀¹ dμ / |1 − (ω_t/ω)² (1 + iη)|² ⟩.
+    S_a/S_p = n ω π σ/(2 η m″² k² A) + (1/m″²) ⟨∫₀¹ dμ/|1 − (ω_t/ω)² (1 + iη)|²⟩.
 
-The first part is resonant: G_ii = (2π/k²) σ ∫φ_i² dA by reciprocity, and ∫ ω⁴ |H_i|² df of each mode.
-The second is forced by waves that are shorter along the panel than its own: ω_t is the frequency
-of a wave with the trace κ = k √(1 − μ²). It is that of directions below coincidence, since above it
-the same integral is the resonant part. ⟨⟩ is the mean over the directions of waves in the panel.
+The first part is resonant: G_ii = (2π/k²) σ ∫φ_i² dA by reciprocity, and ∫ ω⁴ |H_i|² df of each
+mode. The second is forced, by waves that are longer along the panel than its own: ω_t is the
+frequency of a wave with the trace κ = k √(1 − μ²). It is that of directions below coincidence:
+above it the same integral is the resonant part. ⟨⟩ is the mean over the directions of waves in the
+panel.
 
 References
 ----------
@@ -89,19 +90,21 @@ class EnergyPanel:
     def mode_count(self, frequency: Array) -> Array:
         """Return N (nf,) below frequencies [Hz], smooth, corrected for the edges."""
         omega = 2 * np.pi * frequency
-        return self.area * np.mean(self.waves.wavenumber(omega) ** 2, 1) / (4 * np.pi) + self._edges(
-            omega
-        )
+        return self.area * np.mean(self.waves.wavenumber(omega) ** 2, 1) / (
+            4 * np.pi
+        ) + self._edges(omega)
 
     def _edges(self, omega: Array) -> Array:
         """Return the part of the edges in the mode count (nf,)."""
-        along = self.waves.along(omega, self.edges.angle) * self.edges.length / (4 * np.pi)
+        waves = (
+            self.waves.wavenumber_towards(omega, self.edges.angle) * self.edges.length / (4 * np.pi)
+        )
         factors = {kind: self.waves.edge_factor(omega, kind) for kind in set(self.edges.kind)}
-        return np.sum(along * np.stack([factors[k] for k in self.edges.kind], axis=1), axis=1)
+        return np.sum(waves * np.stack([factors[k] for k in self.edges.kind], axis=1), axis=1)
 
-    def response(self, frequency: Array, load: DamperLoad = DamperLoad()) -> EnergyResponse:
+    def response(self, frequency: Array, load: DamperLoad | None = None) -> EnergyResponse:
         """Return the response at frequencies (nf,) [Hz]."""
-        f, waves = np.asarray(frequency, float), self.waves
+        f, waves, load = np.asarray(frequency, float), self.waves, load or DamperLoad()
         mass = waves.section.mass_per_area + np.broadcast_to(load.mass, f.shape) / self.area
         slower = np.sqrt(mass / waves.section.mass_per_area)  # waves of a heavier panel
         omega, k = 2 * np.pi * f, 2 * np.pi * f / self.medium.speed
@@ -130,8 +133,8 @@ class EnergyPanel:
             by_dampers,
             resonant / total,
             ratio.mean(axis=1),
-            (np.abs(np.log(ratio)) < COINCIDENCE).any(axis=1),
-            is_known | (ratio < 1).all(axis=1),
+            np.any(np.abs(np.log(ratio)) < COINCIDENCE, axis=1),
+            np.all((ratio < 1) | is_known, axis=1),
         )
 
     def _forced(self, omega: Array, kappa: Array, k: Array, eta: Array) -> Array:
@@ -140,8 +143,8 @@ class EnergyPanel:
         trace = k[:, None] * np.sqrt(1 - ((1 + node) / 2) ** 2)
         ratio = (self.waves.frequency(trace) / omega[:, None, None]) ** 2
         of_trace = 1 / np.abs(1 - ratio * (1 + 1j * eta[:, None])) ** 2
-        below = kappa > k[:, None]
-        return np.mean(below * np.einsum("m,fmt->ft", weight / 2, of_trace), axis=1)
+        is_subsonic = kappa > k[:, None]
+        return np.mean(is_subsonic * np.einsum("m,fmt->ft", weight / 2, of_trace), axis=1)
 
     def _radiation_efficiency(self, kappa: Array, k: Array) -> Array:
         clamped = self.edges.share("clamped")
@@ -173,12 +176,12 @@ def radiation_efficiency(
     short, long = half - spread, half + spread
     highest = (0.5 - 0.15 * short / long) * np.sqrt(k * short)  # at coincidence
     ratio = kappa / k
-    above = 1 / np.sqrt(np.maximum(1 - ratio**2, 1e-12))
+    supersonic = 1 / np.sqrt(np.maximum(1 - ratio**2, 1e-12))
     mu = np.maximum(ratio, 1 + 1e-9)
     shape = np.log((mu + 1) / (mu - 1)) + 2 * mu / (mu**2 - 1)
-    below = perimeter / (2 * np.pi * mu * k * area * np.sqrt(mu**2 - 1)) * shape
-    below *= edge - mu**-8 * (edge - 1)
-    return np.asarray(np.minimum(np.where(ratio < 1, above, below), highest))
+    subsonic = perimeter / (2 * np.pi * mu * k * area * np.sqrt(mu**2 - 1)) * shape
+    subsonic *= edge - mu**-8 * (edge - 1)
+    return np.asarray(np.minimum(np.where(ratio < 1, supersonic, subsonic), highest))
 
 
 def relative_variance(modes: Array, eta: Array, factor: Array | float, band: float) -> Array:

@@ -95,7 +95,7 @@ def objection(bands: Bands) -> str:
 
 def heavy(frequency: Array, damping: Array, mass: Array, mass_per_area: float) -> str:
     """Return why a damper is too heavy, (nf,) of frequency, C_e and m_a; "" where it is not."""
-    if (ratio := mass / mass_per_area).max() > HEAVY_MASS:
+    if (ratio := mass / mass_per_area).max(initial=0.0) > HEAVY_MASS:
         f = frequency[ratio.argmax()]
         return f"heavy: m_a/m″ = {ratio.max():.2g} at {f:.4g} Hz; at most {HEAVY_MASS:g}"
     if (ratio := damping / (mass_per_area * 2 * np.pi * frequency)).max() > HEAVY_DAMPING:

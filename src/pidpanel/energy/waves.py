@@ -53,7 +53,7 @@ class PanelWaves:
         columns = [CubicSpline(column, log_kappa)(np.log(omega)) for column in self._log_omega.T]
         return np.exp(np.stack(columns, axis=-1))
 
-    def along(self, omega: Array, angle: Array) -> Array:
+    def wavenumber_towards(self, omega: Array, angle: Array) -> Array:
         """Return κ [rad/m] at ω (nf,) [rad/s] and any angles (n,) [rad], (nf, n)."""
         angles = np.append(self.angle, np.pi)
         kappa = self.wavenumber(omega)
@@ -61,8 +61,8 @@ class PanelWaves:
         return np.asarray(spline(np.mod(angle, np.pi)))
 
     @cached_property
-    def bending_share(self) -> float:
-        """Mean of n·D n over directions [N m], for the share of shear in a wave."""
+    def mean_bending(self) -> float:
+        """Mean bending stiffness of all directions [N m]."""
         return float(np.mean(bending_of_direction(self.section, self.angle)))
 
     def edge_factor(self, omega: Array, kind: str) -> Array:
@@ -77,7 +77,7 @@ class PanelWaves:
             return np.full(omega.shape, thin)
         kappa = self.wavenumber(omega).mean(axis=1)
         shear = np.trace(self.section.shear) / 2
-        share = 1 / (1 + self.bending_share * kappa**2 / shear)
+        share = 1 / (1 + self.mean_bending * kappa**2 / shear)
         return np.asarray(share * thin + (1 - share) * (1.0 if kind == "free" else -1.0))
 
 
@@ -137,10 +137,10 @@ def edge_factor_thin(kind: str, nu: float) -> float:
     u, weight = np.sin(phi), np.pi / 4 * weight * np.cos(phi)
     p, s = np.sqrt(1 - u**2), np.sqrt(1 + u**2)
     if kind == "clamped":
-        slope, bound = s / p, 0.0
+        slope, edge_wave = s / p, 0.0
     else:
         slope = s * (s**2 - (2 - nu) * u**2) * (p**2 + nu * u**2)
         slope = slope / (p * (p**2 + (2 - nu) * u**2) * (s**2 - nu * u**2))
         root = 3 * nu - 1 + 2 * np.sqrt(1 - 2 * nu + 2 * nu**2)
-        bound = ((1 - nu) * root) ** -0.25
-    return float(4 * (weight @ (np.arctan(slope) / np.pi - 0.75) + bound))
+        edge_wave = ((1 - nu) * root) ** -0.25
+    return float(4 * (weight @ (np.arctan(slope) / np.pi - 0.75) + edge_wave))

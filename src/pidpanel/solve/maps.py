@@ -58,7 +58,8 @@ def modal_covariances(
         for drop, (damping, mass, _) in zip(damper_sums, dampers, strict=True):
             drop += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
     return [
-        factor * (bare_sum - drop) for drop, (_, _, factor) in zip(damper_sums, dampers, strict=True)
+        factor * (bare_sum - drop)
+        for drop, (_, _, factor) in zip(damper_sums, dampers, strict=True)
     ]
 
 
