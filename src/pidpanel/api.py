@@ -296,21 +296,15 @@ class Model:
     def energy(self) -> xr.Dataset:
         """Return one PSD of each point, modal below and statistical energy above, with rms values.
 
-        ``acceleration_rms`` and its error are to ``highest`` [Hz]; ``status`` is ok, or why a
-        scenario has no statistical energy.
+        ``acceleration_rms`` is to ``highest``; ``status`` is ok, or why there is no energy.
         """
         files = self._stages.files("energy")
-        index = read_csv(files.summary, dtype={"point": str}).set_index(["scenario", "point"])
-        psd = read_netcdf(files.psd)
-        template = psd["acceleration_psd"].isel(frequency=0, drop=True)
-        columns = {name: RMS[name] for name in ("acceleration_rms_g", "acceleration_rms_error_g")}
-        for column, (name, units, factor) in {
-            **columns,
-            "highest_hz": ("highest", "Hz", 1.0),
-        }.items():
-            rows = index[column].to_xarray().reindex_like(template).transpose(*template.dims)
-            psd[name] = (rows * factor).assign_attrs(units=units)
-        return psd.assign(status=index["status"].to_xarray().reindex_like(template))
+        rows = read_csv(files.summary, dtype={"point": str}).set_index(["scenario", "point"])
+        psd, table = read_netcdf(files.psd), rows.to_xarray()
+        for column in ("acceleration_rms_g", "acceleration_rms_error_g"):
+            name, units, factor = RMS[column]
+            psd[name] = (table[column] * factor).assign_attrs(units=units)
+        return psd.assign(highest=table["highest_hz"], status=table["status"])
 
     def base(self, motion: str = "random") -> xr.Dataset:
         """Return PSDs under ``random`` base motion, or amplitudes in a ``sine`` sweep."""

@@ -245,9 +245,7 @@ def _outside(frequency: ArrayLike, response: Response, relation: str = "all outs
     return f"{message}; in kHz?" if in_kilohertz(frequency, low, high) else message
 
 
-def _check_spectrum(
-    sound: Sound, response: Response, energy: Energy | None
-) -> Iterator[Mistake]:
+def _check_spectrum(sound: Sound, response: Response, energy: Energy | None) -> Iterator[Mistake]:
     from pidpanel.sound.from_study import measured_range, stated_spectrum
 
     spectrum = yield from read_at(("sound", "spectrum"), lambda: stated_spectrum(sound))
@@ -281,8 +279,7 @@ def _check_spectrum(
             message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)
         yield Mistake(("response", "frequency_hz"), message)
     if energy is not None and energy.highest_hz > high:
-        message = f"must be in the {spectrum.rows} of {sound.level_file.name}, to {high:.5g} Hz"
-        yield Mistake(("energy", "highest_hz"), message)
+        yield Mistake(("energy", "highest_hz"), f"must be at most {high:.5g}, the end of the sound")
 
 
 def _may_be_pascals(bands: Array) -> bool:

@@ -229,22 +229,6 @@ def mistakes_of_optimise(section: Optimise, study: Study) -> Iterator[Mistake]:
             yield Mistake(("fill_fraction",), f"missing; required for the damper {name}")
 
 
-def mistakes_of_energy(study: Study) -> Iterator[Mistake]:
-    """Yield what statistical energy does not go together with."""
-    if study.energy is None or study.sound is None:
-        return
-    if isinstance(study.panel, Structure):
-        yield Mistake(("energy",), "only allowed with a panel, flat and of one section")
-    if study.sound.field != "diffuse":
-        yield Mistake(("energy",), "only allowed with sound.field: diffuse")
-    if study.sound.wall < float("inf"):
-        yield Mistake(("energy",), "not allowed with a wall behind the panel")
-    highest = study.response.frequency_hz[1]
-    if study.energy.highest_hz <= highest:
-        message = f"must be above the highest of response.frequency_hz, {highest:g}"
-        yield Mistake(("energy", "highest_hz"), message)
-
-
 def mistakes_of_severity(study: Study) -> Iterator[Mistake]:
     """Yield too few cycles, a strength of no core."""
     severity = study.severity

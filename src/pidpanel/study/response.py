@@ -2,11 +2,15 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pidpanel.study.base import SectionModel, Text, file_in
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity, whole
+from pidpanel.study.structure import Structure
+
+if TYPE_CHECKING:
+    from pidpanel.study.study import Study
 
 Frequency = Annotated[float, Quantity(0.5, 20000, unit="kilohertz")]  # [Hz]
 Radiation = Literal["none", "one_side", "two_sides"]
@@ -57,6 +61,22 @@ class Energy(SectionModel):
 
     highest_hz: Frequency = 8000.0
     """Highest frequency of the PSDs [Hz]; dampers have theirs to the end of their data."""
+
+
+def mistakes_of_energy(study: "Study") -> Iterator[Mistake]:
+    """Yield what statistical energy does not go together with."""
+    if study.energy is None or study.sound is None:
+        return
+    if isinstance(study.panel, Structure):
+        yield Mistake(("energy",), "only allowed with a panel, flat and of one section")
+    if study.sound.field != "diffuse":
+        yield Mistake(("energy",), "only allowed with sound.field: diffuse")
+    if study.sound.wall < float("inf"):
+        yield Mistake(("energy",), "not allowed with a wall behind the panel")
+    highest = study.response.frequency_hz[1]
+    if study.energy.highest_hz <= highest:
+        message = f"must be above the highest of response.frequency_hz, {highest:g}"
+        yield Mistake(("energy", "highest_hz"), message)
 
 
 class Measurement(SectionModel):

@@ -27,7 +27,7 @@ from pidpanel.study.dampers import (
 from pidpanel.study.damping import Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.optimise import Optimise
-from pidpanel.study.response import Energy, Measurement, Radiation, Response
+from pidpanel.study.response import Energy, Measurement, Radiation, Response, mistakes_of_energy
 from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Scenario
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
@@ -100,7 +100,7 @@ class Study(CouponStudy):
                 message = f"{CHARACTERS}, with blanks between them, the first a letter or a digit"
                 yield Mistake(("dampers", name), f"must have a name of {message}")
         yield from requirements.mistakes_of_coupled(self)
-        yield from requirements.mistakes_of_energy(self)
+        yield from mistakes_of_energy(self)
         yield from requirements.mistakes_of_severity(self)
         yield from requirements.mistakes_of_limits(self)
         yield from requirements.mistakes_of_base(self)
