@@ -167,7 +167,7 @@ def radiation_efficiency(
 
     Examples
     --------
-    >>> float(radiation_efficiency(np.array(3.0), np.array(5.0), 1.5, 5.0))
+    >>> float(radiation_efficiency(np.array(30.0), np.array(50.0), 1.5, 5.0))
     1.25
     """
     # sides of the rectangle with this area and perimeter
