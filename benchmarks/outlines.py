@@ -69,7 +69,7 @@ def g_rms(name: str, highest: float, functions: dict[str, int]) -> tuple[np.ndar
     corners, holes, centre, *points = PANELS[name]
     for key, value in functions.items():
         setattr(outline, key, value)
-    from_study._free_panel.cache_clear()
+    from_study.tabulated_panel.cache_clear()
     counts, made = [], OutlineJumps.of_mesh
 
     def counted(*arguments):

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from pidpanel.damping.broadband import EXACT, PAPER_LAW, SINGLE_TONES, BroadbandError
-from pidpanel.response.model_error import log_error, model_error_of, with_model_error
+from pidpanel.response.model_error import (
+    load_error_of,
+    log_error,
+    model_error_of,
+    with_model_error,
+)
 from pidpanel.solve.uncertainty import StandardErrors
 
 PSD = np.array([[8.0, 2.0], [8.0, 0.0]])
@@ -72,3 +77,20 @@ def test_the_errors_are_those_of_the_scenarios_that_set_them():
     models = (root / "docs" / "damping_models.md").read_text()
     stated = re.search(r"single tones.* (\d+) % of the effect, and (\d+) % of g rms", models)
     assert [int(number) / 100 for number in stated.groups()] == pytest.approx(SINGLE_TONES)
+
+
+def test_the_error_of_a_load_is_that_of_the_nearest_mode_and_half_of_it_in_g_rms():
+    basis = SimpleNamespace(
+        natural_frequency=np.array([10.0, 40.0, 90.0]),
+        is_residual=np.array([False, False, True]),
+        point_names=("A",),
+    )
+    panel = SimpleNamespace(
+        basis=basis, frequency=np.array([10.0, 19.0, 21.0, 40.0]), load_error=np.array([0.02, 0.1])
+    )
+    psd = np.array([[1.0], [0.0], [0.0], [0.0]])
+    error = load_error_of(panel, SimpleNamespace(acceleration_psd=psd))
+    assert error.log_psd[:, 0].tolist() == [0.02, 0.02, 0.1, 0.1]
+    assert error.log_rms == pytest.approx([0.01])
+    panel.load_error = None
+    assert load_error_of(panel, SimpleNamespace(acceleration_psd=psd)) is None

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
+from scipy.special import j1, jvp, y1, yvp
 
 from pidpanel.geometry.polygon import Polygon
 from pidpanel.panel.mindlin import assemble_shear_plate
@@ -14,11 +16,24 @@ from pidpanel.panel.supports import Supports
 from pidpanel.panel.triangles import mesh_triangles
 from pidpanel.shell.assembly import assemble_shell
 from pidpanel.shell.attachments import PointMass, ShellSupport
-from pidpanel.shell.drawing import flat_panels, mesh_surface
+from pidpanel.shell.drawing import flat_panels, mesh_surface, paraboloid
 from pidpanel.shell.mesh import ShellMesh
-from pidpanel.shell.selections import Box, Line
+from pidpanel.shell.selections import Box, Line, Ring
 from pidpanel.shell.strains import Layup
-from tests.shells import SANDWICH, grid, mirror, on_cylinder, on_paraboloid, plane
+from tests.shells import (
+    FAR,
+    RHO,
+    SANDWICH,
+    E,
+    X,
+    Y,
+    Z,
+    grid,
+    mirror,
+    on_cylinder,
+    on_paraboloid,
+    plane,
+)
 
 TAPE = Material(130e9, 9e9, 5e9, 0.3, 1600.0)
 # faces that differ: their membrane forces bend, and their mass is off the middle of the core
@@ -189,3 +204,23 @@ def test_an_axis_along_the_normal_and_a_cell_without_section_are_refused():
     assemble_shell(mesh, Layup(SolidSection(70e9, 0.3, 2700.0, 1e-3), (0.0, 0.0, 1.0)))
     with pytest.raises(ValueError, match="0 sections; it needs one"):
         assemble_shell(mesh, {})
+
+
+def test_a_clamped_disc_turns_in_its_plane_as_in_the_closed_form():
+    # the rotation about the normal is held at clamped nodes, and jumps there
+    section, held = SolidSection(E, 0.3, RHO, 5e-3), Box((-FAR,) * 3, (FAR,) * 3)
+    inner, outer = 0.12, 0.6
+    mesh = mesh_surface(paraboloid(2 * outer, 1e4, 2 * inner), 0.15)
+    shell = assemble_shell(
+        mesh, Layup(section),
+        {"hub": ShellSupport(Ring(0.0, inner)), "flat": ShellSupport(held, (Z,), (X, Y))},
+    )  # fmt: skip
+
+    def twist_at_rim(k):  # u = J₁(kr) Y₁(ka) − Y₁(kr) J₁(ka), u′ = u/r at the rim
+        slope = jvp(1, k * outer) * y1(k * inner) - yvp(1, k * outer) * j1(k * inner)
+        return k * slope - (j1(k * outer) * y1(k * inner) - y1(k * outer) * j1(k * inner)) / outer
+
+    k = brentq(twist_at_rim, 0.5, 4.0)
+    expected = k * np.sqrt(E / 2.6 / RHO) / (2 * np.pi)
+    frequency, _ = normal_modes(shell, 2.0 * expected)
+    assert np.abs(frequency / expected - 1).min() < 5e-4

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from pidpanel.geometry.plane_waves import PanelQuadrature
+from pidpanel.geometry.plane_waves import MovedFace, PanelQuadrature
 from pidpanel.panel.files import read_basis
 from pidpanel.sound import field, from_study
 from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE, read_table
@@ -18,6 +18,7 @@ from pidpanel.sound.wavenumber_table import TRANSITION, FieldError
 from pidpanel.study import load_study
 from pidpanel.study.sound import Sound
 from tests.jobs import make_panel, make_sound
+from tests.sound.surfaces import paraboloid, paraboloid_mesh
 
 STUDY = """
 dampers: {{paper: {{law: paper_corrected}}}}
@@ -185,9 +186,9 @@ def test_above_the_wavenumber_that_functions_resolve_both_faces_are_independent(
     run, basis, monkeypatch
 ):
     monkeypatch.setattr("pidpanel.sound.rectangle.MOST_FUNCTIONS", 36)
-    from_study._free_panel.cache_clear()
+    from_study.tabulated_panel.cache_clear()
     folder = run(FREE, air=True)
-    from_study._free_panel.cache_clear()
+    from_study.tabulated_panel.cache_clear()
     table = read_table(folder / "modal_force.nc", MODAL_FORCE)
     end = table.lower.wavenumber_max
     assert end < K_MAX
@@ -211,3 +212,22 @@ def test_the_air_of_a_panel_with_free_edges_is_on_both_faces_or_left_out(tmp_pat
     baffled = text.replace("surroundings: free, ", "")
     (tmp_path / "a.yaml").write_text(baffled)
     assert load_study(tmp_path / "a.yaml").radiation == "none"
+
+
+def test_a_curved_surface_has_free_edges_to_the_highest_frequency(tmp_path):
+    (tmp_path / "bands.csv").write_text(BANDS)
+    text = STUDY.format(sound="surroundings: free", air_mass="true").replace("250]", "200]")
+    (tmp_path / "small.yaml").write_text(text)
+    study, surface, (vertices, cells) = (
+        load_study(tmp_path / "small.yaml"), paraboloid(), paraboloid_mesh()
+    )  # fmt: skip
+    face = MovedFace(
+        surface.position, surface.weight, surface.shape, np.inf, vertices, cells,
+        np.ones((len(vertices), 4)), quadrature_normal=surface.normal,
+    )  # fmt: skip
+    k_max = 2 * np.pi * 200 / 343
+    assert from_study.free_panel(study, face).wavenumber_max == k_max
+    wavenumber, error = from_study.load_error_of(study, face)
+    assert wavenumber.max() < k_max
+    assert error.shape == (len(wavenumber), 4)
+    assert 1e-4 < error[-1, 0] < 0.05

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array
@@ -30,8 +31,8 @@ from pidpanel.response.refinement import checked_responses, read_further_shapes
 from pidpanel.response.results import Tabulation, write_tables
 from pidpanel.response.trust import BASIS_ERROR, MODES_ERROR
 from pidpanel.solve.excitation import Matrices
-from pidpanel.sound.field import SoundExcitation
-from pidpanel.sound.field_files import MODAL_FORCE, read_table
+from pidpanel.sound.field import SoundExcitation, wavenumber
+from pidpanel.sound.field_files import MODAL_FORCE, read_load_error, read_table
 from pidpanel.sound.from_study import (
     air_of,
     excitation_of,
@@ -89,7 +90,18 @@ def read_response_panel(study: Study, files: Files) -> ResponsePanel:
         panel.wave_shift,
         panel.point_refinement_error(study.response.frequency_hz[1]),
         read_air(study, table, files.get("air")),
+        load_error=_load_error(study, basis, files.modal_force),
     )
+
+
+def _load_error(study: Study, basis: PanelBasis, path: Path) -> Array | None:
+    """Return the error of the load of each mode at its resonance (n_modes,); None of a panel."""
+    if (stored := read_load_error(path)) is None:
+        return None
+    modes = np.flatnonzero(~basis.is_residual)
+    k = wavenumber(basis.natural_frequency[modes], study.acoustics.speed_m_s)
+    pairs = zip(k.tolist(), stored[1].T[modes], strict=True)
+    return np.array([np.interp(k, stored[0], error) for k, error in pairs])
 
 
 DamperOf = Callable[[str, str, str], tuple[str, Damper]]

@@ -9,6 +9,7 @@ from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.provenance.results import read_csv
 from pidpanel.response.cases import SolvedCase
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.solve.layout import LayoutResponse
 from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.uncertainty import StandardErrors
@@ -49,6 +50,23 @@ def log_error(error: BroadbandError, undamped: Array, damped: Array) -> Array:
     moves = (undamped > 0) & (damped > 0)
     effect = np.log(np.divide(undamped, damped, out=np.ones_like(damped), where=moves))
     return np.hypot(error.of_effect * effect, error.of_rms)
+
+
+def load_error_of(panel: ResponsePanel, response: PanelResponse) -> StandardErrors | None:
+    """Return the error that the mesh of the air on a curved surface leaves in a response.
+
+    A line has that of the nearest resonance. None where the air has no mesh of its own.
+    """
+    if panel.load_error is None:
+        return None
+    natural = panel.basis.natural_frequency[~panel.basis.is_residual]
+    nearest = np.searchsorted(np.sqrt(natural[:-1] * natural[1:]), panel.frequency)
+    log_psd = np.repeat(panel.load_error[nearest][:, None], len(panel.basis.point_names), axis=1)
+    psd = response.acceleration_psd
+    total = np.trapezoid(psd, panel.frequency, axis=0)
+    change = np.trapezoid(psd * log_psd, panel.frequency, axis=0)
+    log_rms = np.divide(change, 2 * total, out=np.zeros_like(total), where=total > 0)
+    return StandardErrors(log_psd, log_rms, np.zeros(1))
 
 
 def with_model_error(

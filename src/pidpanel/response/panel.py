@@ -90,6 +90,8 @@ class ResponsePanel:
     elements: PatchElements | None = None
     # Least damping ratio of the resonances that the lines must resolve; None for the bare panel's
     least_damping_ratio: float | None = None
+    # (n_modes,) relative error of the load of each mode at its resonance by the mesh of the air
+    load_error: Array | None = None
 
     @cached_property
     def modal(self) -> ModalBasis:

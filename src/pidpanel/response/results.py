@@ -18,6 +18,7 @@ from pidpanel.response.cases import ResponseScenario, SolvedCase, balance_of
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
 from pidpanel.response.model_error import (
     broadband_error_of,
+    load_error_of,
     model_error_of,
     undamped_response,
     with_model_error,
@@ -163,13 +164,14 @@ class _Rows:
         damping_error = (self._tabulation.coupled_errors or {}).get(label, damping_error)
         damping_error = with_model_error(damping_error, input_error)
         error = with_model_error(damping_error, model_error)
+        load_error = load_error_of(panel, response.response)
         parts = [0.0 if part is None else part.log_rms for part in (model_error, input_error)]
         part_db = [20 / np.log(10) * part for part in parts]
         beyond = extrapolation_of(case.dampers, response, panel.frequency)
         between = between_regimes(case.dampers, response, panel.frequency)
         bare, damped = (answer.response.acceleration_psd for answer in (case.bare, response))
         columns = {
-            **self._summary_columns(case, response, error),
+            **self._summary_columns(case, response, error, load_error),
             "basis_error": basis_error,
             "mesh_error": mesh.line,
             "mesh_error_rms": mesh.rms,
@@ -191,8 +193,8 @@ class _Rows:
         if case.dead_weight is not None:
             dead_weight = case.dead_weight.response.acceleration_psd
             self.psds[label]["dead_weight_acceleration_psd"] = dead_weight
-        if error is not None:
-            self.psds[label]["acceleration_psd_log_error"] = error.log_psd
+        if (total := with_model_error(error, load_error)) is not None:
+            self.psds[label]["acceleration_psd_log_error"] = total.log_psd
         self.strains[label], rows = self._strains(case, response.response, damping_error)
         self.stress += [{"scenario": label, **row} for row in rows]
 
@@ -210,9 +212,16 @@ class _Rows:
         self.summary.append(frame)
 
     def _summary_columns(
-        self, case: SolvedCase, response: LayoutResponse, error: uncertainty.StandardErrors | None
+        self,
+        case: SolvedCase,
+        response: LayoutResponse,
+        error: uncertainty.StandardErrors | None,
+        load_error: uncertainty.StandardErrors | None,
     ) -> dict[str, Any]:
-        """Return rms values, their errors, masses and dead weight of a case."""
+        """Return rms values, their errors, masses and dead weight of a case.
+
+        The load errs alike with and without dampers: that is no error of their ratio.
+        """
         panel = self._panel
         read_at, motion = only_motion(panel, case, response, self._tabulation.scenarios)
         values = tables.summary_columns(
@@ -228,7 +237,10 @@ class _Rows:
         dead = tables.dead_weight_columns(case.bare, case.dead_weight, masses, mass)
         relative = np.nan if error is None else error.log_rms
         stretched = self._stretched.columns(case, values, relative)
-        return {**values, **tables.error_columns(values, error), **dead, **stretched}
+        errors = tables.error_columns(values, error)
+        if (total := with_model_error(error, load_error)) is not None:
+            errors["acceleration_rms_error_g"] = values["acceleration_rms_g"] * total.log_rms
+        return {**values, **errors, **dead, **stretched}
 
     def _strains(
         self, case: SolvedCase, response: PanelResponse, error: uncertainty.StandardErrors | None

@@ -12,14 +12,26 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
-from skfem import Dofs, Element, ElementTriP1, ElementTriP2, ElementTriP3, ElementTriP4, MeshTri
+from skfem import Dofs, Element, MeshTri
+from skfem.element import ElementH1
+from skfem.refdom import RefTri
 
 from pidpanel.arrays import Array, Index
 from pidpanel.shell.selections import Place, Selection
 
-LAGRANGE: dict[int, type[Element]] = dict(
-    enumerate((ElementTriP1, ElementTriP2, ElementTriP3, ElementTriP4), 1)
-)
+
+def _element(order: int) -> type[Element]:
+    """Return Lagrange's triangle of an order, for numbers and places of its nodes."""
+    step, corners = np.arange(1, order) / order, np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    sides = [np.outer(1 - step, corners[a]) + np.outer(step, corners[b]) for a, b in SIDES]
+    inner = [(x, y) for x in step for y in step if x + y < 1 - 1 / order / 2]
+    numbers = {"nodal_dofs": 1, "facet_dofs": order - 1, "interior_dofs": len(inner)}
+    places = np.concatenate([corners, *sides, np.reshape(inner, (-1, 2))])
+    return type(f"P{order}", (ElementH1,), {**numbers, "refdom": RefTri, "doflocs": places})
+
+
+SIDES = (0, 1), (1, 2), (0, 2)  # of skfem
+LAGRANGE = {order: _element(order) for order in range(1, 7)}
 # Distance over the extent within which a position is on the surface, in the direction of its normal
 # and, by rounding, at its edges.
 NEAR, ROUNDING = 0.02, 1e-6
@@ -162,8 +174,7 @@ class ShellMesh:
         """
         numbers, position = self.nodes(order)
         inner = 3 + np.arange(3 * (order - 1)).reshape(3, -1)
-        sides = (0, 1), (1, 2), (0, 2)  # of skfem
-        chains = [[a, *nodes, b] for (a, b), nodes in zip(sides, inner, strict=True)]
+        chains = [[a, *nodes, b] for (a, b), nodes in zip(SIDES, inner, strict=True)]
         edges = np.unique(np.concatenate([numbers[:, chain] for chain in chains]), axis=0)
         place = position[edges]
         length = np.linalg.norm(place[:, -1] - place[:, 0], axis=1)

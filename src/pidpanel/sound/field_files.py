@@ -25,6 +25,7 @@ MICROPHONES = {
 }
 
 UPPER = "above"  # ending of the second part of a joined table
+LOAD_ERROR = "load_error"
 
 KINDS = {
     MODAL_FORCE: ("m4", "modal force per pressure PSD, G"),
@@ -34,7 +35,12 @@ KINDS = {
 }
 
 
-def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[str, str]) -> None:
+def write_tables(
+    path: Path,
+    tables: Mapping[str, Table],
+    attributes: Mapping[str, str],
+    load_error: tuple[Array, Array] | None = None,
+) -> None:
     """Write tables to NetCDF, each on its own nodes.
 
     Parameters
@@ -43,6 +49,8 @@ def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[st
         The ``.nc`` file.
     tables
         Tables by the names of `KINDS`.
+    load_error
+        Wavenumbers (nk,) [rad/m], and the relative error of each shape's load there (nk, n).
     """
     import xarray as xr  # slow to import, and reading does without
 
@@ -70,6 +78,11 @@ def write_tables(path: Path, tables: Mapping[str, Table], attributes: Mapping[st
                 variables[f"microphone_{name}"] = variable(dims, array, units, meaning)
             stated = {"noise": microphones.noise, "before_wall": int(microphones.before_wall)}
             variables["microphone_position"].attrs |= stated
+    if load_error is not None:
+        axis, (wavenumber, error) = f"{LOAD_ERROR}_wavenumber", load_error
+        meaning = "relative error of each load by the mesh of the air"
+        variables[axis] = variable(axis, wavenumber, "rad m-1", "acoustic wavenumber")
+        variables[LOAD_ERROR] = variable(f"{axis} shape", error, "1", meaning)
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")
 
 
@@ -126,3 +139,15 @@ def read_table(path: Path, name: str) -> Table:
         spectra = real + 1j * imaginary
         microphones = Microphones(position, noise, bool(before_wall), k, spectra)
         return MeasuredTable(found, table(COUPLING), microphones)
+
+
+def read_load_error(path: Path) -> tuple[Array, Array] | None:
+    """Read the error of the loads that `write_tables` wrote; None where there is none."""
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, mmap=False) as file:
+        if LOAD_ERROR not in file.variables:
+            return None
+        names = f"{LOAD_ERROR}_wavenumber", LOAD_ERROR
+        wavenumber, error = (np.array(file.variables[n].data, dtype=np.float64) for n in names)
+    return wavenumber, error

@@ -28,6 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -76,6 +77,9 @@ class Jumps(Protocol):
 FlatJumps = RectangleJumps | OutlineJumps
 
 Quadrature = PanelQuadrature | SurfaceQuadrature
+
+# Vertices and cells of a mesh: bytes, shape and type of both.
+Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
 
 
 def jumps_of(vertices: Array, cells: Index, wavenumber: float) -> FlatJumps:
@@ -159,7 +163,7 @@ class FreePanel:
         """
         k_max = self.wavenumber_max
         count = int(NODES_PER_REACH * k_max * self.length) + MORE_NODES
-        tried = k_max * (np.arange(CHECKED) + 0.5) / CHECKED
+        tried = checked(k_max)
         expected = np.array([np.diagonal(values(k)[0]) / k**2 for k in tried])
         for attempt in range(ATTEMPTS):
             nodes = chebyshev_nodes(k_max, count)
@@ -189,6 +193,24 @@ class FreeSurface(FreePanel):
 
     def _slopes(self, wavevector: Array) -> list[Complexes]:
         return self.jumps.waves(wavevector)
+
+
+@lru_cache(maxsize=2)
+def tabulated_panel(
+    outline: Outline, resolved: float, k_max: float, wall: float, share: float
+) -> FreePanel:
+    """Return the panel of an outline with free edges, see `SurfaceJumps.of_surface`.
+
+    Functions resolve waves to a wavenumber [rad/m]; a wall [m] is only allowed behind a flat one.
+    """
+    vertices, cells = (np.frombuffer(a, kind).reshape(shape) for a, shape, kind in outline)
+    if vertices.shape[1] == 3:
+        if np.isfinite(wall):
+            raise ValueError("surroundings: a wall is only allowed behind a flat structure")
+        hats = SurfaceJumps.of_surface(vertices, cells, resolved, share)
+        return FreeSurface.of_hats(hats, min(k_max, hats.wavenumber))
+    jumps = jumps_of(vertices, cells, resolved)
+    return FreePanel.of_jumps(jumps, min(k_max, jumps.wavenumber), wall)
 
 
 def _directions(incidence: Array, azimuth: Array) -> Array:
@@ -266,19 +288,23 @@ def tabulate_diffuse_room(
 
 
 def mesh_error(panel: FreeSurface, coarser: FreeSurface, surface: SurfaceQuadrature) -> Array:
-    """Return the largest error of the load of each shape (n,) by the mesh, over its largest load.
+    """Return the relative error by the mesh of the load of each shape at `checked` k (nk, n).
 
     From a coarser mesh of the same surface, for an error that goes with the edges to 3/2.
     """
-    tried = panel.wavenumber_max * (np.arange(CHECKED) + 0.5) / CHECKED
     loads = []
     for mesh in (panel, coarser):
         couplings = mesh.jumps.couplings(surface)
-        loads.append([np.diagonal(mesh.impedance(k, couplings)).imag / k**3 for k in tried])
+        tried = checked(panel.wavenumber_max)
+        loads.append([np.diagonal(mesh.impedance(k, couplings)).imag for k in tried])
     fine, coarse = np.array(loads)
     ratio = len(panel.operator[0].even[0]) / len(coarser.operator[0].even[0])
-    error: Array = np.max(np.abs(fine - coarse), axis=0) / np.max(fine, axis=0)
-    return error / (ratio**0.75 - 1)
+    return np.abs(coarse / fine - 1) / (ratio**0.75 - 1)
+
+
+def checked(wavenumber_max: float) -> Array:
+    """Return the wavenumbers (nk,) [rad/m] at which tables and meshes are checked."""
+    return wavenumber_max * (np.arange(CHECKED) + 0.5) / CHECKED
 
 
 def plane_wave_force(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,10 +30,12 @@ from pidpanel.sound.field_files import (
 from pidpanel.sound.free_edges import (
     FreePanel,
     FreeSurface,
-    jumps_of,
+    checked,
+    mesh_error,
     plane_wave_force,
     tabulate_diffuse_room,
     tabulate_free_plane_waves,
+    tabulated_panel,
 )
 from pidpanel.sound.microphone_files import read_microphones
 from pidpanel.sound.microphones import (
@@ -53,7 +54,6 @@ from pidpanel.sound.surface import (
     uniform_surface_force,
 )
 from pidpanel.sound.table import read_spectrum
-from pidpanel.sound.triangles import SurfaceJumps
 from pidpanel.sound.wavenumber_table import (
     JoinedTable,
     Table,
@@ -71,8 +71,7 @@ if TYPE_CHECKING:  # slow to import
 SURFACE_REACH = 3.0  # wavenumber to which the mass of the air on a curved face is integrated
 FACE_MARGIN = 2.0  # wavenumber to which a face is known over that of its shapes or of the sound
 
-# Vertices and cells of a mesh: bytes, shape and type of both.
-Outline = tuple[tuple[bytes, tuple[int, ...], str], ...]
+COARSER = 0.5  # vertices of a mesh of the air that shows the error of another one, over its own
 
 WETTED_SIDES = {"one_side": 1, "two_sides": 2}
 
@@ -236,12 +235,15 @@ def _quadrature(shapes: MovedFace) -> PanelQuadrature | SurfaceQuadrature:
     return SurfaceQuadrature.from_face(shapes) if curved else PanelQuadrature.from_face(shapes)
 
 
-def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
-    """Return the panel of a study with free edges, which its outline decides; None in a baffle."""
+def free_panel(study: Study, shapes: MovedFace, share: float = 1.0) -> FreePanel | None:
+    """Return the panel of a study with free edges, which its outline decides; None in a baffle.
+
+    Of a curved surface `share` of the vertices is enough to see the error of its mesh.
+    """
     if not study.acoustics.is_free:
         return None
     # of a condensed face, as a basis has it
-    resolved = shapes.quadrature_wavenumber / FACE_MARGIN
+    resolved = float(f"{shapes.quadrature_wavenumber / FACE_MARGIN:.9g}")
     cells = shapes.cells
     if shapes.quadrature_normal is not None:
         resolved = _highest(study)
@@ -249,19 +251,16 @@ def free_panel(study: Study, shapes: MovedFace) -> FreePanel | None:
     arrays = (np.ascontiguousarray(a) for a in (shapes.vertex_position, cells))
     outline = tuple((a.tobytes(), a.shape, a.dtype.str) for a in arrays)
     # one for shapes and those that widen them
-    return _free_panel(outline, float(f"{resolved:.9g}"), _highest(study), study.acoustics.wall)
+    return tabulated_panel(outline, resolved, _highest(study), study.acoustics.wall, share)
 
 
-@lru_cache(maxsize=1)
-def _free_panel(outline: Outline, resolved: float, k_max: float, wall: float) -> FreePanel:
-    vertices, cells = (np.frombuffer(a, kind).reshape(shape) for a, shape, kind in outline)
-    if vertices.shape[1] == 3:
-        if np.isfinite(wall):
-            raise ValueError("surroundings: a wall is only allowed behind a flat structure")
-        hats = SurfaceJumps.of_surface(vertices, cells, resolved)
-        return FreeSurface.of_hats(hats, min(k_max, hats.wavenumber))
-    jumps = jumps_of(vertices, cells, resolved)
-    return FreePanel.of_jumps(jumps, min(k_max, jumps.wavenumber), wall)
+def load_error_of(study: Study, shapes: MovedFace) -> tuple[Array, Array] | None:
+    """Return k and the error of loads by the mesh of the air for `write_tables`; None of a panel."""
+    panel, coarser = (free_panel(study, shapes, share) for share in (1.0, COARSER))
+    if not (isinstance(panel, FreeSurface) and isinstance(coarser, FreeSurface)):
+        return None
+    error = mesh_error(panel, coarser, SurfaceQuadrature.from_face(shapes))
+    return checked(panel.wavenumber_max), error
 
 
 def modal_force_table(sound: Sound, k_max: float, shapes: MovedFace) -> WavenumberTable:
@@ -393,6 +392,7 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     for name, _, table in parts_of(tables):
         print(f"{name.replace('_', ' ')}: {table.size_text}", file=sys.stderr)
     attributes = {**stamp(study), "field": study.acoustics.field_name}
-    write_tables(output.modal_force, {MODAL_FORCE: tables.pop(MODAL_FORCE)}, attributes)
+    force, error = {MODAL_FORCE: tables.pop(MODAL_FORCE)}, load_error_of(study, shapes)
+    write_tables(output.modal_force, force, attributes, error)
     if air_nc is not None:
         write_tables(air_nc, tables, stamp(study))

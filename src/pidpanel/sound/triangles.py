@@ -85,12 +85,11 @@ class SurfaceJumps:
                 "surface with an edge, others have independent faces"
             )
         area = np.linalg.norm(_normals(vertices[triangles]), axis=1).sum() / 2
-        longest, edge = (
+        longest, shortest = (
             np.sqrt(area / count / HEXAGON) for count in (LEAST_VERTICES, MOST_VERTICES)
         )
-        edge = np.clip(2 * np.pi / wavenumber / EDGES, edge, longest)
-        wavenumber = min(wavenumber, 2 * np.pi / EDGES / edge)
-        edge /= np.sqrt(share)
+        wavenumber = min(wavenumber, 2 * np.pi / EDGES / shortest)
+        edge = min(2 * np.pi / wavenumber / EDGES, longest) / np.sqrt(share)
         lengths = edge_lengths(vertices, triangles)
         if not (FIT[0] * edge < lengths.mean() < FIT[1] * edge and lengths.max() < 2 * edge):
             vertices, triangles = remeshed(vertices, triangles, edge)

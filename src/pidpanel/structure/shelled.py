@@ -225,12 +225,12 @@ class ShellStructure(AnyStructure):
         except ValueError as error:
             raise StructureRefused(("shell",), str(error)) from error
         shapes = panel_shapes(shell, MODES_BEYOND * highest, damper_mass=damper_mass)
-        shift = frequency_shifts(self.shell, self.layups, self.attached, frequency=shapes.frequency)
+        within = shapes.frequency[: max(FIRST + RIGID, np.searchsorted(shapes.frequency, highest))]
+        shift = frequency_shifts(self.shell, self.layups, self.attached, frequency=within)
         plate = in_plane(self, shell)
-        residual_shift = np.full(len(shapes.residual_frequency), shift.max(initial=0.0))
-        basis = replace(
-            basis_of(mesh, plate, shapes), frequency_shift=np.concatenate([shift, residual_shift])
-        )
+        beyond = shapes.vectors.shape[1] - len(shift)
+        shift = np.pad(shift, (0, beyond), constant_values=shift.max())
+        basis = replace(basis_of(mesh, plate, shapes), frequency_shift=shift)
         return SolvedStructure(basis, plate, shapes.vectors, shell.total_mass)
 
     def _with_directions(self, shell: AssembledShell) -> AssembledShell:
