@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from pidpanel.geometry.surface_waves import SurfaceQuadrature
 from pidpanel.panel.eigen import factors
+from pidpanel.panel.modes import normal_modes, quadratic_form
 from pidpanel.shell.assembly import assemble_shell
 from pidpanel.shell.attachments import ShellSupport
 from pidpanel.shell.mesh import ShellMesh, lagrange, reference_nodes
 from pidpanel.shell.selections import Ring, Sphere
 from pidpanel.shell.strains import Layup
+from pidpanel.sound.surface import surface_force, surface_wave_force
 from tests.shells import SANDWICH, grid, on_paraboloid
 
 
@@ -68,13 +71,34 @@ def bowl():
     return ShellMesh.from_triangles(places, cells, on_paraboloid(0.5))
 
 
+IMAGES = np.array([[x, y, (x**2 + y**2) / 2] for x in (0.4, -0.4) for y in (0.3, -0.3)])
+IMAGES = np.concatenate([IMAGES, IMAGES[:, [1, 0, 2]]])
+
+
+@pytest.mark.parametrize("waves", ["diffuse", "along the axis"])
+def test_a_symmetric_structure_in_a_symmetric_field_moves_symmetrically(waves):
+    shell = assemble_shell(bowl(), Layup(SANDWICH), {"hub": ShellSupport(Ring(0.0, 0.2))})
+    natural, modes = normal_modes(shell, 700.0)
+    surface = SurfaceQuadrature(
+        shell.quadrature_position, shell.quadrature_normal, shell.quadrature_weight,
+        shell.at_quadrature @ modes,
+    )  # fmt: skip
+    mass = quadratic_form(shell.mass, modes)
+    for frequency in (150.0, 420.0):
+        k = 2 * np.pi * frequency / 343
+        force = surface_wave_force([k], (0, 0, 1), surface)[0]
+        load = np.outer(force, force.conj()) if waves != "diffuse" else surface_force(k, surface)
+        receptance = 1 / (mass * ((natural**2 * (1 + 0.02j)) - frequency**2))
+        rows = (shell.interpolate(IMAGES) @ modes) * receptance
+        psd = np.einsum("pi,ij,pj->p", rows, load, rows.conj()).real
+        assert np.ptp(psd) < 1e-6 * psd.max()
+
+
 def test_a_symmetric_structure_under_a_symmetric_load_moves_symmetrically():
     shell = assemble_shell(bowl(), Layup(SANDWICH), {"hub": ShellSupport(Ring(0.0, 0.2))})
     pressed = shell.at_quadrature.T @ shell.quadrature_weight
     motion = factors(shell.stiffness).solve(pressed)
-    image = np.array([[x, y, (x**2 + y**2) / 2] for x in (0.4, -0.4) for y in (0.3, -0.3)])
-    image = np.concatenate([image, image[:, [1, 0, 2]]])
-    w = shell.interpolate(image) @ motion
+    w = shell.interpolate(IMAGES) @ motion
     assert w.max() > 0
     assert np.ptp(w) < 1e-6 * w.max()
 

@@ -255,7 +255,7 @@ def free_panel(study: Study, shapes: MovedFace, share: float = 1.0) -> FreePanel
 
 
 def load_error_of(study: Study, shapes: MovedFace) -> tuple[Array, Array] | None:
-    """Return k and the error of loads by the mesh of the air for `write_tables`; None of a panel."""
+    """Return k and the error of loads by the mesh of the air (`write_tables`); None of a panel."""
     panel, coarser = (free_panel(study, shapes, share) for share in (1.0, COARSER))
     if not (isinstance(panel, FreeSurface) and isinstance(coarser, FreeSurface)):
         return None
