@@ -1,9 +1,14 @@
 """Modes of another solver give what the same panel gives here."""
 
+import os
+import shutil
+
 import numpy as np
 import pytest
 
 from pidpanel import Model, StudyError
+from pidpanel.modal_files import read_modes
+from pidpanel.structure import from_study
 from tests.structures import COMMON, NORMAL, grid_of
 
 
@@ -71,3 +76,20 @@ def test_too_few_modes_are_refused_and_an_error_is_stated(panel_model, structure
 def test_what_is_off_the_structure_is_refused_at_its_key(structure, change, key):
     with pytest.raises(StudyError, match=key):
         model_of({**structure, **change})
+
+
+def test_modes_are_read_once_and_again_after_their_file_changes(structure, tmp_path, monkeypatch):
+    copy, reads = tmp_path / "modes.vtu", []
+
+    def counted(*files, **options):
+        reads.append(files)
+        return read_modes(*files, **options)
+
+    shutil.copy(structure["modes"]["file"], copy)
+    monkeypatch.setattr(from_study, "read_modes", counted)
+    structure["modes"]["file"] = str(copy)
+    model_of(structure)
+    assert len(reads) == 1
+    os.utime(copy, ns=(1, 1))
+    model_of(structure)
+    assert len(reads) == 2

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from pidpanel.modal_files import read_modes
+from pidpanel.modal_files import ModalModel, read_modes
 from pidpanel.panel.basis import PanelBasis, basis_of, face_wavenumber, with_condensed_face
 from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.panel.from_study import StudiedPanel, section_of
@@ -95,15 +96,23 @@ def _foreign(
     areas: dict[str, Selection | str],
     points: dict[str, Observation],
 ) -> ForeignStructure:
+    files = modes.file, modes.mesh, modes.static
+    stamps = tuple(path.stat().st_mtime_ns for path in files if path and path.exists())
     try:
-        model = read_modes(
-            modes.file, modes.mesh, modes.unit_m, unit_kg=modes.unit_kg,
+        model = _model(
+            stamps, modes.file, modes.mesh, modes.unit_m, unit_kg=modes.unit_kg,
             normalised=modes.normalised or "", static=modes.static,
         )  # fmt: skip
     except ValueError as error:
         raise StructureRefused(("modes", "file"), str(error)) from error
     further = section.surface, section.outward, modes.pressures
     return ForeignStructure(areas, points, model, mass, *further)
+
+
+@lru_cache(maxsize=1)
+def _model(stamps: tuple[int, ...], *files: Any, **options: Any) -> ModalModel:
+    """Read modes once for all that a check or a stage asks of their structure."""
+    return read_modes(*files, **options)
 
 
 def _drawn(
