@@ -89,7 +89,7 @@ def damper_energy(
 ) -> DamperEnergy:
     """Return what the dampers of a scenario do at lines (nf,) [Hz], at their Γ by patch."""
     resistance, mass, error = np.zeros((3, lines.size))
-    highest = np.inf
+    highest, refusal = np.inf, ""
     for patch, damper in scenario.dampers.items():
         area = panel.patch_area[panel.basis.patch_names.index(patch)]
         read_at = damper.stated_acceleration_g or gamma[patch]
@@ -101,13 +101,13 @@ def damper_energy(
         inside = lines < end
         C_e, m_a = values.equivalent_damping, values.apparent_mass
         if why := heavy(lines[inside], C_e[inside], m_a[inside], panel.mass_per_area):
-            return DamperEnergy(DamperLoad(), error, 0.0, f"damper on {patch} is {why}")
+            refusal = refusal or f"damper on {patch} is {why}"
         highest = min(highest, end)
         resistance += area * C_e
         mass += area * m_a
         error += area * values.equivalent_damping_error
     relative = np.divide(error, resistance, out=np.zeros_like(error), where=resistance > 0)
-    return DamperEnergy(DamperLoad(resistance, mass), relative, highest, "")
+    return DamperEnergy(DamperLoad(resistance, mass), relative, highest, refusal)
 
 
 def mode_factors(panel: ResponsePanel, low: float, high: float) -> Factors:
