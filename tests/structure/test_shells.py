@@ -125,6 +125,14 @@ def test_an_unknown_part_is_refused():
         panel_of(two_parts(parts={"middle": {"section": SANDWICH}}))
 
 
+def test_the_page_of_several_sections_states_no_stiffness():
+    plate = {"kind": "solid", "youngs_modulus_gpa": 70, "density_kg_m3": 2700, "thickness_mm": 12}
+    study = Model({
+        "name": "shell", "structure": two_parts(parts={"left": {"section": plate}}), **COMMON
+    }).study  # fmt: skip
+    assert study.panel.section.kind == "unknown" and study.panel.section.thickness_mm == 12
+
+
 def test_strengths_of_several_sections_are_refused():
     study = {
         "name": "shell", "structure": two_parts(parts={"left": {"section": SANDWICH}}), **COMMON,

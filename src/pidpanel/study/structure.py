@@ -125,8 +125,12 @@ class Structure(SectionModel):
 
     @property
     def section(self) -> AnySection:
-        """The section of a shell; what is known of it otherwise."""
-        return UnknownSection(self.thickness_mm) if self.shell is None else self.shell.section
+        """The section of a shell; what is known of it otherwise, of several the least thickness."""
+        if self.shell is None:
+            return UnknownSection(self.thickness_mm)
+        sections = [self.shell.section, *(part.section for part in self.shell.parts.values())]
+        thinnest = min(section.thickness_mm for section in sections)
+        return UnknownSection(thinnest) if self.has_parts else self.shell.section
 
 
 def with_structure(values: Any) -> Any:
