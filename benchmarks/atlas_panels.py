@@ -34,14 +34,13 @@ from pidpanel.damping.atlas import Atlas, AtlasDamping, atlas_bed
 from pidpanel.damping.atlas_files import read_atlas, read_rows
 from pidpanel.damping.models import Damper, FilledDamper
 from pidpanel.damping.surface import DampingSurface
-from pidpanel.panel.files import read_plate
 from pidpanel.paths import ATLAS_CASES, DATA, WORKFLOW
 from pidpanel.provenance.files import Files
-from pidpanel.response.cases import ResponseScenario
+from pidpanel.response.cases import ResponseScenario, heaviest_dampers, plan_cases, resolve
 from pidpanel.response.extrapolation import between_regimes, extrapolation_of
-from pidpanel.response.from_study import StudySound, read_response_panel
+from pidpanel.response.from_study import read_response_panel
 from pidpanel.response.model_error import model_error_of, with_model_error
-from pidpanel.response.refinement import checked_responses
+from pidpanel.response.panel import ResponsePanel
 from pidpanel.response.results import error_parts
 from pidpanel.response.trust import EXTRAPOLATED_SHARE
 from pidpanel.sound.from_study import spectrum_of
@@ -124,13 +123,18 @@ def responses(
             )
             for number, case in enumerate(cases)
         ]  # fmt: skip
-        checked = checked_responses(
-            panel, read_plate(read.plate), scenarios, StudySound(model.study),
-        )  # fmt: skip
-    return [_rms(case, checked.panel.frequency) for case in checked.cases]
+    return answers(panel, scenarios)
 
 
-def _rms(case: Any, frequency: np.ndarray) -> Rms:
+def answers(panel: ResponsePanel, scenarios: Sequence[ResponseScenario]) -> list[Rms]:
+    """Return g rms of scenarios within 1e-3 of the product's, in the shapes of coupled runs."""
+    panel = resolve(panel, heaviest_dampers(panel, scenarios))
+    solved = plan_cases(panel, scenarios).solve(panel.solver(rms_only=True))
+    return [rms_of(case, panel.coarse_frequency) for case in solved if not case.scenario.is_bare]
+
+
+def rms_of(case: Any, frequency: np.ndarray) -> Rms:
+    """Return g rms of a case, its errors and its shares, with lines (nf,) [Hz]."""
     error, _ = error_parts(case, case.response)
     psd = case.bare.response.acceleration_psd, case.response.response.acceleration_psd
     between, extrapolated = (

@@ -70,6 +70,19 @@ def test_a_reading_has_the_mass_of_the_particles_and_the_share_under_sound():
     assert bed.riding(np.zeros((2, 9))) == 0
 
 
+@pytest.mark.parametrize("direction", ["flat", "upright"])
+def test_the_error_under_sound_is_that_of_the_covariance_and_larger_than_of_a_tone(direction):
+    tone = reading(direction=direction)
+    point, frequency = (0.5, 300.0), np.array([40.0])  # crosses
+    values, errors = [], []
+    for model in (tone, tone.under_sound()):
+        found = model(frequency, *point)
+        values.append(found.equivalent_damping_error / found.equivalent_damping)
+        errors.append(np.sqrt(model.cross_covariance(frequency, point, point)[0, 0]))
+    np.testing.assert_allclose(np.ravel(values), errors, rtol=1e-3)  # the mean of two sides
+    assert errors[1] > errors[0]
+
+
 def test_a_bed_crosses_only_where_its_flight_reaches_the_lid():
     # 1.8 g throws a body 0.98 amplitudes high, 4.6 g 3.41; across gravity it always crosses
     points = np.zeros((4, 9))

@@ -105,6 +105,11 @@ class AtlasBed(SurfaceBed):
         """Least standard deviation of ln C_e about the trend, due to groups outside the trend."""
         return super().least_spread if self.trend is None else 0.5
 
+    @property
+    def floor_load(self) -> float:
+        """How much the floor bears a single bed [1]; see `broadband.floor_load`."""
+        return broadband.floor_load(float(self.onset_g), float(self.gravity))
+
     def riding(self, points: Array) -> Array | float:
         """Return the trend of ln C_e/(r f h) of riding beds at `points` (n, 9)."""
         return 0.0 if self.trend is None else riding_trend(self.trend, points)
@@ -310,10 +315,14 @@ class AtlasDamping(Damper):
         values = self.surface(tone, fill_fraction, acceleration_g)
         unit = np.full(stroke.shape, self.mass_per_fill)
         if self.is_broadband:
-            unit *= broadband.broadband_share(stroke, fill_fraction)
+            unit *= broadband.broadband_share(stroke, fill_fraction, self.bed.floor_load)
         return DampingValues(
             unit * values.equivalent_damping,
-            unit * self._factors(stroke, fill_fraction)[0] * values.equivalent_damping_error,
+            unit
+            * np.hypot(
+                self._factors(stroke, fill_fraction)[0] * values.equivalent_damping_error,
+                self._share_error(stroke) * values.equivalent_damping,
+            ),
             self.mass_per_fill * values.apparent_mass,
             values.inside & self.is_hard(frequency, acceleration_g),
         )
@@ -325,6 +334,10 @@ class AtlasDamping(Damper):
             factors[0, stroke > REGIMES[1]] *= np.interp(fill_fraction, *NEARLY_FULL)
         return np.asarray(factors)
 
+    def _share_error(self, stroke: Array) -> Array:
+        """Return the error of ln C_e (n,) that the share under sound has, at W/L (n,)."""
+        return self.is_broadband * broadband.broadband_share_error(stroke, self.bed.floor_load)
+
     def cross_covariance(self, frequency: Array, first: Point, second: Point) -> Array:
         """Return the covariance (2n, 2n) between the values at two points of r and Γ."""
         scale = np.array([[1.0], [self.mass_per_fill]])
@@ -333,7 +346,11 @@ class AtlasDamping(Damper):
         )
         rows = (scale * self._factors(stroke, first[0])).ravel()
         columns = (scale * self._factors(stroke_there, second[0])).ravel()
-        return self.surface.cross_covariance(tone, first, second, there) * np.outer(rows, columns)
+        covariance = self.surface.cross_covariance(tone, first, second, there)
+        covariance *= np.outer(rows, columns)
+        n = len(frequency)
+        covariance[:n, :n] += np.outer(*map(self._share_error, (stroke, stroke_there)))
+        return covariance
 
     def mass_per_area(self, fill_fraction: float) -> float:
         """Return the mass of the particles [kg/m²]."""

@@ -39,6 +39,13 @@ SHORTER_STROKE, LONGEST_STROKE = 0.6, 0.85
 # W/L of beds that ride, and W/L up to which they do; ln of that of beds that cross.
 FULL, RIDING_EXPONENT, RIDING_STROKE, CROSSING = 0.25, 0.22, 0.1, 0.7
 
+# Exponent of the steady acceleration in `floor_load`.
+HEAVIER = 0.4
+
+# Constants of `broadband_share_error`: of beds that cross, from about which W/L, which two levels
+# of one scenario set; of beds whose floor load is not 1, that of all scenarios that set the share.
+CROSSING_ERROR, CROSSING_STROKE, LOAD_ERROR = 0.25, 0.3, 0.3
+
 PAPER_LAW = BroadbandError(0.0, 0.2)  # the paper's law, which does not depend on the motion
 
 
@@ -58,20 +65,59 @@ def broadband_stroke(stroke_per_gap: Array) -> Array:
     return np.asarray(stroke_per_gap / (1 + shorter))
 
 
-def broadband_share(stroke_per_gap: Array, fill_fraction: Array | float) -> Array:
+def floor_load(along: float, gravity: float) -> float:
+    """Return how much the floor of its cell bears a bed [1]: 1 under 1 g along the motion.
+
+    Parameters
+    ----------
+    along, gravity
+        Steady acceleration of the bed along its motion, and in all [g].
+
+    Examples
+    --------
+    >>> floor_load(1.0, 1.0), floor_load(0.0, 1.0), round(floor_load(4.0, 4.0), 2)
+    (1.0, 0.0, 1.74)
+    """
+    return float(along / gravity * gravity**HEAVIER)
+
+
+def broadband_share(
+    stroke_per_gap: Array, fill_fraction: Array | float, load: float = 1.0
+) -> Array:
     """Return C_e under sound over that of the tone with `broadband_stroke` W/L [1].
 
-    It is s^√r exp(−0.7 x²/(1 + x²)) with x = W/L, s = 0.78 (W/0.1L)^0.22 below W/L = 0.1, and 0.78
-    above. A tone moves a riding bed little, while low frequencies of the sound keep it loose. The
-    own force of the particles drives the panel, of full cells more than of nearly empty ones, and
-    beds do not cross in phase with any frequency. Set on the coupled scenarios of
-    benchmarks/coupled.md, counted on others (docs/theory/damping.md).
+    It is s^(q√r) exp(−0.7 x²/(1 + x²)) with x = W/L, s = 0.78 (x/0.1)^0.22 below x = 0.1, and 0.78
+    above; q is `floor_load`. A tone moves a riding bed little, while low frequencies of the sound
+    keep it loose. The own force of the particles drives the panel, of full cells more than of
+    nearly empty ones. Beds that slide on the walls of an upright cell do neither. Beds do not cross
+    in phase with any frequency. Set on the coupled scenarios of benchmarks/coupled.md, counted on
+    others (docs/theory/damping.md).
 
     Examples
     --------
     >>> broadband_share(np.array([1e-4, 0.01, 0.1, 1.0]), 0.5).round(2)
     array([0.29, 0.59, 0.83, 0.59])
     """
-    riding = np.minimum(np.log(stroke_per_gap / RIDING_STROKE), 0.0)
-    crossing = CROSSING * stroke_per_gap**2 / (1 + stroke_per_gap**2)
-    return np.asarray(np.exp(np.sqrt(fill_fraction) * (RIDING_EXPONENT * riding - FULL) - crossing))
+    riding = RIDING_EXPONENT * np.minimum(np.log(stroke_per_gap / RIDING_STROKE), 0.0) - FULL
+    crossing = CROSSING * _crossing_part(stroke_per_gap)
+    return np.asarray(np.exp(load * np.sqrt(fill_fraction) * riding - crossing))
+
+
+def broadband_share_error(stroke_per_gap: Array, load: float) -> Array:
+    """Return the standard error of ln of `broadband_share` [1], common to all frequencies.
+
+    That of beds that cross, and of beds whose `floor_load` is not 1. The rest is in
+    `CORRECTED_TONES`.
+
+    Examples
+    --------
+    >>> broadband_share_error(np.array([0.01, 1.0, 10.0]), 1.0).round(2)
+    array([0.  , 0.23, 0.25])
+    """
+    crossing = CROSSING_ERROR * _crossing_part(stroke_per_gap / CROSSING_STROKE)
+    return np.hypot(crossing, LOAD_ERROR * (load - 1))
+
+
+def _crossing_part(stroke_per_gap: Array) -> Array:
+    """Return x²/(1 + x²) [1]."""
+    return np.asarray(stroke_per_gap**2 / (1 + stroke_per_gap**2))

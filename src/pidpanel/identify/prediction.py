@@ -11,7 +11,13 @@ import numpy as np
 
 from pidpanel.arrays import Array, Flags
 from pidpanel.damping.atlas import DOF, REGIMES, Atlas, AtlasBed, Direction, atlas_bed
-from pidpanel.damping.broadband import LOG_DAMPING_ERROR, broadband_share, broadband_stroke
+from pidpanel.damping.broadband import (
+    LOG_DAMPING_ERROR,
+    broadband_share,
+    broadband_share_error,
+    broadband_stroke,
+    floor_load,
+)
 from pidpanel.damping.sides import Mixture, joint_covariance
 from pidpanel.damping.surface_cases import onset
 
@@ -118,7 +124,8 @@ def _predict_block(
         weight = specimen.mass_per_fill * fill
     h = onset(gamma, bed.onset_g)
     level = np.log(weight * h * frequency)
-    level += np.where(is_broadband.ravel(), np.log(broadband_share(stroke, fill)), 0.0)
+    load = floor_load(float(np.max(bed.onset_g)), specimen.gravity)
+    level += np.where(is_broadband.ravel(), np.log(broadband_share(stroke, fill, load)), 0.0)
     log_states = np.zeros(len(points))
     if measured is not None:
         values = np.tile(measured.reshape(2, n), count)
@@ -138,7 +145,9 @@ def _predict_block(
     )
     covariance *= scale[:, :, None] * scale[:, None, :]
     rest = np.zeros((count, n))
-    covariance += _common(LOG_DAMPING_ERROR * np.hstack([is_broadband, rest]))
+    share_error = broadband_share_error(stroke, load).reshape(count, n)
+    for error in (LOG_DAMPING_ERROR, share_error):
+        covariance += _common(np.hstack([error * is_broadband, rest]))
     if specimen.particle_mass is None:
         covariance += _common(BULK_ERROR * np.hstack([rest + 1, mean[:, n:]]))
     return Prediction(mean, covariance, student, log_states.reshape(count, n))
