@@ -22,7 +22,7 @@ def transformed(gaussian: Array, excess: Array) -> Array:
     Examples
     --------
     >>> transformed(np.array([4.0]), np.array([0.0, 1.4])).round(2).tolist()
-    [4.0, 6.18]
+    [4.0, 6.16]
     """
     cubic = (np.sqrt(1 + 1.5 * np.maximum(excess, 0.0)) - 1) / 18
     scale = 1 / np.sqrt(1 + 6 * cubic**2)

@@ -137,7 +137,7 @@ def plane_waves(sound: Sound) -> PlaneWaves:
     if not isinstance(sound.field, StatedField):
         return PlaneWaves.lone(sound.incidence, sound.azimuth)
     sources = sound.field.sources or ()
-    angles = np.radians([(source.incidence_deg, source.azimuth_deg) for source in sources])
+    angles = np.array([source.angles for source in sources])
     power = 10 ** (np.array([source.level_db for source in sources]) / 10)
     return PlaneWaves(angles[:, 0], angles[:, 1], power / power.sum(), sound.field.one_drive)
 

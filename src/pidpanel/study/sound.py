@@ -39,6 +39,11 @@ class Source(SectionModel):
     level_db: Annotated[float, Quantity(-60, 60)] = 0.0
     """Level over that of the others [dB]."""
 
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Incidence and azimuth [rad]."""
+        return math.radians(self.incidence_deg), math.radians(self.azimuth_deg)
+
 
 class StatedField(SectionModel):
     """Loudspeakers round the panel, farther away than its size; or what microphones measured."""
