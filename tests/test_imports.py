@@ -16,6 +16,7 @@ STAGES = (
     "energy",
     "coupled",
     "optimise",
+    "margin",
     "severity",
     "measurement",
     "report",
@@ -41,11 +42,15 @@ ALLOWED = {
     "energy": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
     "optimise": UPSTREAM | {"response", "base", "severity"},
+    "margin": UPSTREAM | {"response"},
     "severity": UPSTREAM | {"response", "base"},
     "measurement": UPSTREAM | {"response", "base"},
     "identify": UPSTREAM | {"measurement"},
     "report": UPSTREAM
-    | {"response", "energy", "base", "coupled", "optimise", "severity", "measurement", "identify"},
+    | {
+        "response", "energy", "base", "coupled", "optimise", "margin", "severity", "measurement",
+        "identify",
+    },  # fmt: skip
 }
 
 

@@ -69,6 +69,7 @@ def stage_names(study: CouponStudy) -> list[str]:
             "severity": study.severity is not None or bool(study.limits),
             "base": study.base is not None,
             "optimise": study.optimise is not None,
+            "margin": bool(study.uncertain),
             "measurement": bool(study.measurements),
         }
     return [*(name for name, is_there in has.items() if is_there), "report"]

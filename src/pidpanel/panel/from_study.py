@@ -60,7 +60,8 @@ def section_of(
         for plies in (spec.plies("top"), spec.plies("bottom"))
     )
     core = sections.Core(*spec.core.properties, spec.core.thickness, spec.core.ribbon)
-    return sections.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2)
+    factors = spec.bending_factor, spec.shear_factor
+    return sections.SandwichSection(top, bottom, core, spec.extra_mass_per_area_kg_m2, *factors)
 
 
 @dataclass(frozen=True)
@@ -120,12 +121,18 @@ class StudiedPanel:
         return supports.Supports(
             inputs.outline,
             inputs.holes,
-            [supports.EdgeSupport(edge.from_m, edge.to_m, edge.kind) for edge in inputs.edges],
+            [
+                supports.EdgeSupport(
+                    edge.from_m, edge.to_m, edge.kind, edge.rotational_stiffness_n_rad
+                )
+                for edge in inputs.edges
+            ],
             {
                 name: supports.PointSupport(self._place(p.at_m, p.grid), p.kind, p.radius_m)
                 for name, p in inputs.points.items()
                 if p.kind != "spring"
             },
+            inputs.rotational_stiffness_n_rad,
         )
 
     @cached_property
@@ -155,7 +162,8 @@ class StudiedPanel:
         """Edge lengths [m] where Navier's closed form holds; None elsewhere."""
         inputs = self.panel.support_input
         plain = inputs.outline == "simply_supported" and not (inputs.edges or inputs.points)
-        return self.panel.size if plain and not self.attachments else None
+        held = self.attachments or self.supports.has_springs
+        return self.panel.size if plain and not held else None
 
     @cached_property
     def area(self) -> BaseGeometry:

@@ -38,6 +38,7 @@ from pidpanel.panel.plate import (
     bending_form,
     bent,
     corner_basis,
+    edge_stiffness,
     facet_numbers,
     overlap_form,
     vertex_values,
@@ -92,6 +93,7 @@ def assemble_shear_plate(
     rotations = assemble_matrix(shear_form, rotation, **S) + assemble_matrix(
         bending_form, rotation, **D
     )
+    rotations = rotations + edge_stiffness(rotation, mesh, supports)
     blocks = [[assemble_matrix(shear_form, deflection, **S), coupling], [coupling.T, rotations]]
     stiffness = sp.block_array(blocks, format="csr")
     translation = section.mass_per_area * assemble_matrix(overlap_form, deflection)

@@ -10,15 +10,25 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import BilinearForm, CellBasis, Element, ElementQuad1, ElementTriP1, Mesh
+from skfem import (
+    BilinearForm,
+    CellBasis,
+    Element,
+    ElementQuad1,
+    ElementTriP1,
+    FacetBasis,
+    Mesh,
+)
 
 from pidpanel.arrays import Array, Index
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.mesh import PanelMesh
 from pidpanel.panel.section import Section
+from pidpanel.panel.supports import Supports, edge_springs
 
 # Quadrature of pressure times deflection: 3 × 3 Gauss points on a quadrilateral, 7 on a triangle.
 LOAD_ORDER = 5
+EDGE_ORDER = 10  # of products of slopes along an edge: quintics have 8
 # Share of the extent of the panel: a position this far off it is on it.
 CLOSE = 1e-6
 ROUNDING = 1e-12  # of shape functions
@@ -58,6 +68,25 @@ def bent(field):  # type: ignore[no-untyped-def]
     """Return −κ of a deflection with second derivatives, or of a rotation of the normals."""
     G = field.grad if field.hess is None else field.hess
     return np.array([G[0, 0], G[1, 1], G[0, 1] + G[1, 0]])
+
+
+@BilinearForm
+def turning_form(b, c, w):  # type: ignore[no-untyped-def]
+    """Return the virtual work of springs along edges that resist the rotation about them."""
+    turns = (np.asarray(field) if field.hess is None else field.grad for field in (b, c))
+    first, second = (np.sum(turn * w.n, axis=0) for turn in turns)
+    return w.stiffness * first * second
+
+
+def edge_stiffness(basis: CellBasis, mesh: PanelMesh, supports: Supports) -> sp.csr_array:
+    """Return the stiffness of springs along edges in the coordinates of a slope or a rotation."""
+    total = sp.csr_array((basis.N, basis.N))
+    springs, number = edge_springs(mesh, supports), facet_numbers(basis.mesh)
+    for value in set(springs.values()):
+        facets = np.array([number[edge] for edge, k in springs.items() if k == value])
+        along = FacetBasis(basis.mesh, basis.elem, facets=facets, intorder=EDGE_ORDER)
+        total = total + assemble_matrix(turning_form, along, stiffness=value)
+    return sp.csr_array(total)
 
 
 def assembled_plate(

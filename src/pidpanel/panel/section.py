@@ -213,6 +213,8 @@ class SandwichSection:
     bottom: tuple[Ply, ...]
     core: Core
     extra_mass_per_area: float = 0.0
+    bending_factor: float = 1.0  # on the bending stiffness of the plies
+    shear_factor: float = 1.0  # on the shear stiffness of the core
 
     @cached_property
     def placed(self) -> list[tuple[str, Ply, float, float]]:
@@ -241,7 +243,7 @@ class SandwichSection:
     def bending(self) -> Array:
         """D - B A⁻¹ B [N m], shape (3, 3)."""
         A, B, D = self.abd
-        return D - B @ np.linalg.solve(A, B)
+        return self.bending_factor * (D - B @ np.linalg.solve(A, B))
 
     @property
     def distance(self) -> float:
@@ -255,7 +257,7 @@ class SandwichSection:
         c, s = np.cos(self.core.ribbon), np.sin(self.core.ribbon)
         R = np.array([[c, s], [-s, c]])
         G = R.T @ np.diag([self.core.shear_modulus_l, self.core.shear_modulus_w]) @ R
-        return G * self.distance**2 / self.core.thickness
+        return self.shear_factor * G * self.distance**2 / self.core.thickness
 
     @property
     def mass_per_area(self) -> float:

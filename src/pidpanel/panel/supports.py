@@ -27,6 +27,7 @@ class EdgeSupport:
     start: Position
     end: Position
     kind: str  # "simply_supported", "simply_supported_soft", "clamped" or "free"
+    stiffness: float = 0.0  # moment per length and angle of a spring along it [N]
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,12 @@ class Supports:
     holes: str = "free"
     edges: Sequence[EdgeSupport] = ()  # straight parts of the boundary that differ; later ones win
     points: Mapping[str, PointSupport] = field(default_factory=dict)
+    stiffness: float = 0.0  # of a spring along the outer boundary, as of an `EdgeSupport` [N]
+
+    @property
+    def has_springs(self) -> bool:
+        """Whether an edge turns against a spring."""
+        return any([self.stiffness, *(edge.stiffness for edge in self.edges)])
 
 
 @dataclass(frozen=True)
@@ -123,7 +130,7 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
         kind = supports.outline if signed_area(mesh.vertices[loop]) > 0 else supports.holes
         boundary.append((loop, np.full(len(loop), kind, dtype=object)))
     for support in supports.edges:
-        _mark(mesh, boundary, support)
+        _mark(mesh, boundary, support, support.kind)
     for loop, kind_of in boundary:
         step = np.roll(mesh.vertices[loop], -1, axis=0) - mesh.vertices[loop]
         length = np.linalg.norm(step, axis=1)
@@ -145,10 +152,29 @@ def held_vertices(mesh: PanelMesh, supports: Supports) -> tuple[list[HeldVertex]
     return vertices, edges
 
 
+def edge_springs(mesh: PanelMesh, supports: Supports) -> dict[tuple[int, int], float]:
+    """Return the stiffness [N] of edges with a spring, by their vertices, the smaller first."""
+    boundary = []
+    for loop in boundary_loops(mesh.vertices, mesh.cells) if supports.has_springs else ():
+        stiffness = supports.stiffness if signed_area(mesh.vertices[loop]) > 0 else 0.0
+        boundary.append((loop, np.full(len(loop), stiffness, dtype=object)))
+    for support in supports.edges if boundary else ():
+        _mark(mesh, boundary, support, support.stiffness)
+    return {
+        (min(pair), max(pair)): float(value)
+        for loop, values in boundary
+        for *pair, value in zip(loop.tolist(), np.roll(loop, -1).tolist(), values, strict=True)
+        if value
+    }
+
+
 def _mark(
-    mesh: PanelMesh, boundary: list[tuple[Index, NDArray[np.object_]]], support: EdgeSupport
+    mesh: PanelMesh,
+    boundary: list[tuple[Index, NDArray[np.object_]]],
+    support: EdgeSupport,
+    value: object,
 ) -> None:
-    """Mark the edges of the boundary, loops and kinds, between two points with a support."""
+    """Mark the edges of the boundary, loops and values, between the ends of a support."""
     start, end = np.array(support.start), np.array(support.end)
     length = float(np.linalg.norm(end - start))
     covered = 0.0
@@ -161,7 +187,7 @@ def _mark(
             aside = offset @ np.array([-direction[1], direction[0]])
             is_near = (np.abs(aside) < slack) & (s > -slack) & (s < length + slack)
             is_covered = is_near & np.roll(is_near, -1)
-            kind[is_covered] = support.kind
+            kind[is_covered] = value
             covered += float(np.abs(np.roll(s, -1) - s)[is_covered].sum())
     if abs(covered - length) > 2 * slack or length <= slack:
         raise ValueError(

@@ -18,6 +18,7 @@ from pidpanel.panel.plate import (
     bending_form,
     bent,
     corner_basis,
+    edge_stiffness,
     facet_numbers,
     overlap_form,
     vertex_values,
@@ -57,6 +58,7 @@ def assemble_thin_plate(
     basis = CellBasis(skmesh, element, intorder=EXACT_ORDER[mesh.cell_kind])
     free = free_coordinates(basis.N, _support_blocks(mesh, basis, supports))
     stiffness = assemble_matrix(bending_form, basis, bending=section.bending)
+    stiffness = stiffness + edge_stiffness(basis, mesh, supports)
     mass = section.mass_per_area * assemble_matrix(overlap_form, basis)
     held_dofs = basis.nodal_dofs[0], basis.nodal_dofs[1:3]
     corners = corner_basis(skmesh, element)

@@ -46,6 +46,7 @@ RESPONSE = {
 }  # fmt: skip
 ENERGY = {"bands": "bands.csv", "psd": "psd.nc", "summary": "summary.csv"}
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength")
+MARGIN = ("ranges", "shares", "next_test")
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 
 
@@ -80,6 +81,9 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
             names["base"] |= {"sine": "base/sine.nc", "sine_table": "base/sine.csv"}
     if study.optimise is not None:
         names["optimise"] = {name: f"optimise/{name}.csv" for name in PROPOSAL}
+    if study.uncertain:
+        names["margin"] = {name: f"margin/{name}.csv" for name in MARGIN}
+        names["margin"]["runs"] = "margin/runs.nc"
     if study.measurements:
         measured = ("measured", "differences")
         names["measurement"] = {name: f"measurement/{name}.csv" for name in measured}

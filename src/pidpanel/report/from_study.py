@@ -106,6 +106,11 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         proposal=inputs.read_proposal(folder / "optimise", study.optimise.objective)
         if study.optimise
         else None,
+        spread=inputs.read_spread(
+            folder / "margin", study.margin.factor_of_safety, study.acoustics.level
+        )
+        if study.uncertain
+        else None,
     )
 
 

@@ -54,6 +54,16 @@ class AtlasResults(NamedTuple):
     models: Mapping[str, Damper]  # by damper
 
 
+class SpreadResults(NamedTuple):
+    """Results of the margin stage; points as text."""
+
+    ranges: pd.DataFrame  # ``margin/ranges.csv``
+    shares: pd.DataFrame  # ``margin/shares.csv``
+    next_test: pd.DataFrame  # ``margin/next_test.csv``
+    factor_of_safety: float  # ``margin.factor_of_safety``
+    level: str | None = None  # ``sound.level``
+
+
 class ProposalResults(NamedTuple):
     """Results of the optimise stage; points as text."""
 
@@ -127,6 +137,7 @@ class PanelInputs:
     margins: pd.DataFrame | None = None  # ``severity/margins.csv``; None without limits
     proposal: ProposalResults | None = None  # None without the section ``optimise``
     in_space: PanelBasis | None = None  # of a curved surface; ``basis`` is as it is drawn
+    spread: SpreadResults | None = None  # None without the section ``uncertain``
 
     @property
     def names(self) -> dict[str, str]:
@@ -198,6 +209,12 @@ def read_proposal(folder: Path, objective: str) -> ProposalResults:
     tables = _tables(folder, "layouts", "front", "summary", "psd")
     search = read_csv(folder / "search.csv").set_index("quantity")["value"]
     return ProposalResults(**tables, search=search, objective=objective)
+
+
+def read_spread(folder: Path, factor_of_safety: float, level: str | None) -> SpreadResults:
+    """Read what the margin stage left."""
+    tables = _tables(folder, "ranges", "shares", "next_test")
+    return SpreadResults(**tables, factor_of_safety=factor_of_safety, level=level)
 
 
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:

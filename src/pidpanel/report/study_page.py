@@ -25,6 +25,7 @@ from pidpanel.report.films import film_picture
 from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, figure_picture
 from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
+from pidpanel.report.margin_section import margin_first, margin_headline, margin_section
 from pidpanel.report.margins_section import margin_lines, margins_section
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
@@ -84,6 +85,10 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         # of the bare panel alone the drawing and the PSD are with each layout
         beside = blocks if answer is not None and answer.candidates else []
         blocks = [proposal_choice(proposal, inputs), *beside]
+    if inputs.spread is not None:
+        text = margin_headline(inputs.spread, inputs.names)
+        proposed.append(margin_section(inputs.spread, inputs.names))
+        blocks = [margin_first(inputs.spread, inputs.names), *blocks]
     on_limits = [] if inputs.margins is None else margin_lines(study, inputs.margins)
     claims = None
     if study.claims:

@@ -22,6 +22,7 @@ Modulus = Annotated[float, Quantity(1e-3, 1500, unit="gigapascal")]  # of a soli
 ShearModulus = Annotated[float, Quantity(1, 20000, unit="megapascal")]  # of a core [MPa]
 Thickness = Annotated[float, Quantity(0.05, 1000, unit="millimetres")]  # of a panel [mm]
 Angle = Annotated[float, Quantity(-360, 360)]  # [°]
+StiffnessFactor = Annotated[float, Quantity(0.1, 10)]
 STIFFEST = 1.1e12  # Young's modulus of diamond [Pa]
 HEAVIEST = 22600.0  # density of osmium [kg/m³]
 ROUNDED = 0.01  # relative error of values that are stated with few digits
@@ -225,6 +226,10 @@ class SandwichSectionInput(SectionModel):
     """The honeycomb core."""
     extra_mass_per_area_kg_m2: Annotated[float, Quantity(0, 500, unit="mass_per_area")] = 0.0
     """Adhesive, solar cells: mass without stiffness."""
+    bending_factor: StiffnessFactor = 1.0
+    """Bending stiffness over that of the plies, such as from a test."""
+    shear_factor: StiffnessFactor = 1.0
+    """Shear stiffness over that of the core."""
 
     forms: ClassVar = (("faces",), ("top", "bottom"))
 

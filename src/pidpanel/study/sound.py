@@ -87,6 +87,10 @@ class Sound(SectionModel):
     ``cross_spectra``, whose mean it is by default."""
     oaspl_db: Level | None = None
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
+    level: Literal["median", "p95_50", "test"] | None = None
+    """What the levels are: their ``median`` over flights; ``p95_50``, not exceeded in 95 % of
+    flights with 50 % confidence; or those that a ``test`` prescribes. Spreads of levels
+    (``uncertain``) are about a median, or the tolerance of a test."""
     shift_db: Annotated[float, Quantity(-60, 60)] = 0.0
     """Shift of every band [dB], such as 3 for protoqualification; not together with oaspl_db."""
     field: Annotated[NamedField | StatedField, Choice()] = "diffuse"

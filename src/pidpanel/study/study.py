@@ -34,6 +34,7 @@ from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
 from pidpanel.study.structure import PanelOrStructure, with_structure
 from pidpanel.study.surroundings import opposite, setting
+from pidpanel.study.uncertain import Margin, Spread, mistakes_of_margin
 
 
 class Study(CouponStudy):
@@ -71,6 +72,10 @@ class Study(CouponStudy):
     """Oscillator spectra, peaks in a duration and fatigue; none without this section."""
     limits: Mapping[Text, AccelerationLimit] = {}
     """Largest accelerations allowed at response points, by name, with margins and verdicts."""
+    uncertain: Mapping[Text, Spread] = {}
+    """Spreads of inputs by their keys joined with dots, such as ``panel.damping_ratio``."""
+    margin: Margin = Margin()
+    """What is judged with the spreads of ``uncertain``."""
     measurements: Mapping[str, Measurement] = {}
     """Measured PSDs and transmissibilities to draw over computed ones, by name."""
     claims: tuple[Claim, ...] = ()
@@ -117,6 +122,7 @@ class Study(CouponStudy):
         yield from requirements.mistakes_of_tolerances(self)
         yield from requirements.mistakes_of_measurements(self)
         yield from requirements.mistakes_of_claims(self)
+        yield from mistakes_of_margin(self)
 
     @property
     def acoustics(self) -> Sound:

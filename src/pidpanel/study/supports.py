@@ -19,6 +19,11 @@ class Node(SectionModel):
     """Number of the node in the mesh file."""
 
 
+# Of a line that resists rotation: moment per length and angle [N m/(m rad)].
+RotationalStiffness = Annotated[float, Quantity(0, 1e9)]
+TURNING = ("simply_supported", "simply_supported_soft")  # edges that may turn
+
+
 class PointSupportInput(SectionModel):
     """Support at a point: hinge (w = 0), hold_down (w = 0, no slope), or a spring to ground."""
 
@@ -51,6 +56,11 @@ class EdgeSupportInput(SectionModel):
     """End (x, y) of the part [m], on the same straight edge."""
     kind: EdgeKind
     """Its support; kinds are those of ``supports``."""
+    rotational_stiffness_n_rad: RotationalStiffness = 0.0
+    """Moment per length and angle of a spring along a simply supported edge [N m/(m rad)]."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        yield from mistakes_of_spring(self.kind, self.rotational_stiffness_n_rad)
 
 
 class SupportsInput(SectionModel):
@@ -64,6 +74,20 @@ class SupportsInput(SectionModel):
     """Straight parts of the boundary with another support."""
     points: Mapping[str, PointSupportInput] = {}
     """Supports at points, by name."""
+    rotational_stiffness_n_rad: RotationalStiffness = 0.0
+    """Moment per length and angle of a spring along a simply supported outer edge
+    [N m/(m rad)]: 0 lets it turn, 1000 times the bending stiffness over the length of the panel
+    all but clamps it."""
+
+    def mistakes(self) -> Iterator[Mistake]:
+        yield from mistakes_of_spring(self.outline, self.rotational_stiffness_n_rad)
+
+
+def mistakes_of_spring(kind: str, stiffness: float) -> Iterator[Mistake]:
+    """Yield a spring along an edge that does not turn, or that is free."""
+    if stiffness and kind not in TURNING:
+        message = f"only allowed for {' or '.join(TURNING)}"
+        yield Mistake(("rotational_stiffness_n_rad",), message)
 
 
 class Mass(SectionModel):

@@ -175,8 +175,16 @@ def _branches(
         with _stage("optimise", log):
             write_proposal(study, upstream, None, stages["optimise"])
 
+    def margin() -> None:
+        from pidpanel.margin.from_study import write_margin
+
+        with _stage("margin", log):
+            write_margin(study, None, stages["margin"])
+
     if study.optimise is not None:
         yield optimise
+    if study.uncertain:
+        yield margin
     if study.sound is not None:
         yield maps
         yield export

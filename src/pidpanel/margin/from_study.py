@@ -1,0 +1,344 @@
+"""The margin of a study: the only module of the stage that reads it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pidpanel.arrays import Array, variable
+from pidpanel.damping.models import FilledDamper
+from pidpanel.margin.assessment import (
+    ENOUGH,
+    Answer,
+    governing,
+    range_row,
+    share_rows,
+)
+from pidpanel.margin.chaos import fitted
+from pidpanel.margin.damping_table import LEAST
+from pidpanel.margin.next_test import test_rows
+from pidpanel.margin.observations import MODES_SEEN, measurements_of
+from pidpanel.margin.runs import LINES_PER_BANDWIDTH, Answers, Inputs, Layout, Medium, answers
+from pidpanel.margin.samples import Group, columns_of, joined_keys, leading, scores
+from pidpanel.margin.spread_dampers import ERROR_TERMS, SpreadDampers
+from pidpanel.margin.spread_panel import SpreadPanel
+from pidpanel.margin.waves import WaveMatrix
+from pidpanel.panel.from_study import StudiedPanel
+from pidpanel.progress import map_in_forks
+from pidpanel.provenance.digests import stamp
+from pidpanel.provenance.files import Files
+from pidpanel.response.from_study import dampers_of_scenarios, scenario_of
+from pidpanel.response.results import write_csv
+from pidpanel.solve.bands import whole_third_octaves
+from pidpanel.solve.lines import frequency_grid
+from pidpanel.sound.field_files import ADDED_VOLUME, DIFFUSE, MODAL_FORCE
+from pidpanel.sound.from_study import WETTED_SIDES, sound_tables, spectrum_of
+from pidpanel.sound.spectrum import pressure_psd
+from pidpanel.sound.wavenumber_table import Table
+from pidpanel.study import Study
+from pidpanel.study.structure import Structure
+from pidpanel.study.uncertain import SPECTRUM, correlation_matrix, judged_scenarios, varied
+
+ENDS = 2.0  # scores of the panels whose shapes the family has besides the nominal ones
+FEWER_RUNS = (128,)  # after which the surrogate may be good enough
+COUPON_TONES = 4
+
+
+@dataclass(frozen=True)
+class UncertainStudy:
+    """A study with its inputs as standard normal scores."""
+
+    study: Study
+    damping: Path | None  # folder of surfaces of simulated tones
+
+    @cached_property
+    def keys(self) -> list[str]:
+        """Keys with a spread but that of the spectrum."""
+        return [key for key in self.study.uncertain if key != SPECTRUM]
+
+    @cached_property
+    def band_edges(self) -> Array:
+        """(n_bands, 2) third octaves of the response [Hz]."""
+        return whole_third_octaves(*self.study.response.frequency_hz)[1]
+
+    @cached_property
+    def groups(self) -> list[Group]:
+        """The groups of inputs: keys, the spectrum, errors of damping models."""
+        uncertain, groups = self.study.uncertain, []
+        correlation = correlation_matrix(self.study)
+        for numbers in joined_keys(correlation):
+            names = [self.keys[number] for number in numbers]
+            mixing = np.zeros((len(self.keys), len(numbers)))
+            mixing[numbers] = np.linalg.cholesky(correlation[np.ix_(numbers, numbers)])
+            sources = "; ".join(dict.fromkeys(uncertain[name].source for name in names))
+            groups.append(Group(" and ".join(names), sources, mixing))
+        if (spread := uncertain.get(SPECTRUM)) is not None:
+            octave = np.log2(self.band_edges).mean(axis=1)
+            apart = np.abs(octave[:, None] - octave) / (spread.correlation_octaves or 1.0)
+            mixing = spread.deviation * leading(np.exp(-apart))
+            groups.append(Group(SPECTRUM, spread.source, mixing))
+        for name in self.error_names:
+            mixing = np.zeros((0, ERROR_TERMS))
+            groups.append(Group(f"damping model of {name}", "its stated error", mixing))
+        return groups
+
+    @cached_property
+    def error_names(self) -> list[str]:
+        """Dampers whose damping model states an error, by name."""
+        dampers = [damper for scenario in self.dampers() for damper in scenario.values()]
+        return list(dict.fromkeys(d.name for d in dampers if d.model.nodes is not None))
+
+    @property
+    def size(self) -> int:
+        """Number of scores."""
+        return sum(group.size for group in self.groups)
+
+    @property
+    def error_columns(self) -> dict[str, slice]:
+        """Scores of the error of each damper."""
+        start = self.size - ERROR_TERMS * len(self.error_names)
+        return {
+            name: slice(start + number * ERROR_TERMS, start + (number + 1) * ERROR_TERMS)
+            for number, name in enumerate(self.error_names)
+        }
+
+    def values(self, scores: Array) -> dict[str, float]:
+        """Return the values of the keys at scores of `groups` (n,)."""
+        z = self.key_scores(scores)
+        spreads = self.study.uncertain
+        return {key: spreads[key].value(z[n]) for n, key in enumerate(self.keys)}
+
+    def key_scores(self, scores: Array) -> Array:
+        """Return standard normal scores of the keys."""
+        total = np.zeros(len(self.keys))
+        for group, part in zip(self.groups, columns_of(self.groups), strict=True):
+            if len(group.mixing) == len(total) and group.name != SPECTRUM:
+                total += group.mixing @ scores[part]
+        return total
+
+    def levels(self, scores: Array) -> Array:
+        """Return the deviation of the level of each band (n_bands,) [dB]."""
+        for group, part in zip(self.groups, columns_of(self.groups), strict=True):
+            if group.name == SPECTRUM:
+                return group.mixing @ scores[part]
+        return np.zeros(len(self.band_edges))
+
+    def dampers(self, end: tuple[int, float] | None = None) -> list[dict[str, FilledDamper]]:
+        """Return the dampers by patch of each judged scenario, with one key at a score."""
+        study = self.study if end is None else self.at_end(*end)
+        damper_of = dampers_of_scenarios(study, self.damping, None)
+        return [
+            dict(scenario_of(study, scenario, scenario.label, damper_of).dampers)
+            for scenario in judged_scenarios(study)
+        ]
+
+    @property
+    def factors(self) -> list[float]:
+        """PSD of the sound of each judged scenario over that of the study."""
+        spectrum = spectrum_of(self.study.acoustics)
+        levels = [scenario.oaspl_db for scenario in judged_scenarios(self.study)]
+        return [1.0 if db is None else spectrum.pressure_factor(db) for db in levels]
+
+    def at_end(self, number: int, z: float) -> Study:
+        """Return the study with one key at a score."""
+        key = self.keys[number]
+        return varied(self.study, {key: self.study.uncertain[key].value(z)})
+
+
+def _studied(study: Study) -> StudiedPanel:
+    if isinstance(study.panel, Structure):
+        raise TypeError("uncertain: a structure has its own modes")
+    return StudiedPanel(study.panel)
+
+
+def _real(table: Table) -> Callable[[Array], Array]:
+    """Return the matrix of a table over wavenumber; it is real in a diffuse field."""
+    return lambda k: np.asarray(table.matrix(k).real, np.float64)
+
+
+class SpreadStudy:
+    """A study over the spread of its inputs: runs at any scores."""
+
+    def __init__(self, study: Study, damping: Path | None, samples: Array | None = None) -> None:
+        self.uncertain = uncertain = UncertainStudy(study, damping)
+        if samples is None:
+            samples = scores(uncertain.groups, study.margin.runs_at_most)
+        self.samples = samples
+        ends = [uncertain.at_end(n, z) for n in range(len(uncertain.keys)) for z in (-ENDS, ENDS)]
+        self._first = 1 + len(ends)
+        drawn = [varied(study, uncertain.values(row)) for row in samples]
+        self._studies = [study, *ends, *drawn]
+        self._panels = [_studied(entry) for entry in self._studies]
+        self._medium_of = [entry.wave_speed for entry in self._studies]
+        highest = study.response.frequency_hz[1]
+        self.panel = SpreadPanel(
+            self._panels, self._first, highest, study.damper_masses(with_rows=True),
+            2 * np.pi * highest / min(self._medium_of),
+        )  # fmt: skip
+        self.medium = self._medium()
+        self.dampers = SpreadDampers(uncertain, self.panel, self.inputs(0), self.medium)
+
+    def _medium(self) -> Medium:
+        """Return sound and air to the largest wavenumber of all studies."""
+        slow = self._studies[int(np.argmin(self._medium_of))]
+        slow = self.uncertain.study.model_copy(update={"sound": slow.sound})
+        is_wet = slow.radiation != "none"
+        tables = sound_tables(slow, self.panel.basis, air=is_wet)
+        low, high = slow.response.frequency_hz
+        ends = 2 * np.pi * low / max(self._medium_of), 2 * np.pi * high / min(self._medium_of)
+        length = float(np.linalg.norm(np.ptp(self.panel.basis.vertex_position, axis=0)))
+        waves = {name: WaveMatrix.of(_real(table), *ends, length) for name, table in tables.items()}
+        force = waves[MODAL_FORCE]
+        if not is_wet:
+            return Medium(force, None, None, 0)
+        air = waves.get(DIFFUSE, force), waves.get(ADDED_VOLUME)
+        return Medium(force, *air, WETTED_SIDES[slow.radiation])
+
+    def inputs(self, number: int, levels: Array | None = None) -> Inputs:
+        """Return the inputs of a study, with deviations of levels in bands (n_bands,) [dB]."""
+        study, edges = self._studies[number], self.uncertain.band_edges
+        basis, vectors = self.panel.modes(number, study.panel.modal_damping)
+        sound, ends, spectrum = (
+            study.acoustics, study.response.frequency_hz, spectrum_of(study.acoustics)
+        )  # fmt: skip
+        jumps = np.concatenate([spectrum.jumps, edges[1:, 0]])
+        sharpest = study.panel.modal_damping.smallest(*ends)
+        lines = frequency_grid(*ends, sharpest, (), jumps, LINES_PER_BANDWIDTH)
+        pressure = pressure_psd(spectrum, lines, sound.reference, sound.faces)
+        if levels is not None:
+            band = np.clip(np.searchsorted(edges[:, 0], lines, "right") - 1, 0, len(edges) - 1)
+            pressure = pressure * 10 ** (levels[band] / 10)
+        rows = self.panel.patch_rows(self._panels[number])
+        density, speed = sound.air_density_kg_m3, sound.speed_m_s
+        return Inputs(
+            lines, basis, vectors, self.panel.basis.shape_at_points, rows, self.panel.area,
+            pressure, density, speed,
+        )  # fmt: skip
+
+    def run(self, number: int) -> tuple[Answers, Inputs, list[Layout]]:
+        """Return answers, inputs and layouts of a sample; −1 for the nominal inputs."""
+        row = self.samples[number] if number >= 0 else np.zeros(self.uncertain.size)
+        inputs = self.inputs(self._first + number if number >= 0 else 0, self.uncertain.levels(row))
+        layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
+        edges = self.uncertain.band_edges
+        found = answers(inputs, self.medium, layouts, edges, self.dampers.near)
+        return found, inputs, layouts
+
+
+def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list[dict[str, Array]]:
+    """Return what runs up to a number show; those that are done are kept."""
+    scenarios = len(study.dampers.scenarios)
+    tones = np.geomspace(*study.uncertain.study.response.frequency_hz, COUPON_TONES + 2)[1:-1]
+
+    def run(number: int) -> dict[str, Array]:
+        answer, inputs, layouts = study.run(number)
+        natural, ratio = inputs.basis.natural_frequency, inputs.basis.damping_ratio
+        elastic = np.flatnonzero(natural > 0)[:MODES_SEEN]
+        read = [
+            np.log(np.maximum(damping(tones, float(np.exp(gamma)))[0], LEAST))
+            for layout, near in zip(layouts[:scenarios], study.dampers.near, strict=False)
+            for damping, gamma in zip(layout.dampers, near, strict=True)
+        ]
+        factor = np.sqrt([layout.factor for layout in layouts[:scenarios]])
+        return {
+            "bare": factor[:, None] * answer.rms[0],
+            "damped": answer.rms[1 : scenarios + 1],
+            "bare_bands": answer.band_rms[0],
+            "damped_bands": answer.band_rms[scenarios + 1 :].reshape(-1, answer.band_rms.shape[2]),
+            "frequency": natural[elastic],
+            "ratio": ratio[elastic],
+            "level": study.uncertain.levels(study.samples[number]),
+            "coupon": np.concatenate([*read, np.zeros(0)]),
+        }
+
+    return done + list(map_in_forks(run, range(len(done), count)))
+
+
+def write_margin(study: Study, damping: Path | None, output: Files) -> None:
+    """Write runs, ranges, shares and what further tests would leave.
+
+    Parameters
+    ----------
+    damping
+        Folder of the surfaces of simulated tones; None for a study without any.
+    output
+        runs, a NetCDF file, and ranges, shares and next_test, CSV tables.
+    """
+    spread = SpreadStudy(study, damping)
+    groups, size, most = spread.uncertain.groups, spread.uncertain.size, len(spread.samples)
+    parts = columns_of(groups)
+    nominal, _, layouts = spread.run(-1)
+    labels = [scenario.label for scenario in judged_scenarios(study)]
+    points = list(spread.panel.basis.point_names)
+    limits = {name: limit.rms_g or np.nan for name, limit in study.limits.items()}
+    runs: list[dict[str, Array]] = []
+    for count in [*(n for n in FEWER_RUNS if n < most), most]:
+        runs = _found(spread, count, runs)
+        found = {name: np.array([run[name] for run in runs]) for name in runs[0]}
+        seen = spread.samples[:count]
+        cases = [
+            Answer(
+                label, point, panel,
+                float(nominal.rms[0, p] * np.sqrt(layouts[s].factor) if panel == "bare"
+                      else nominal.rms[1 + s, p]),
+                found[panel][:, s, p], limits.get(point, np.nan),
+                fitted(seen, found[panel][:, s, p]),
+            )
+            for s, label in enumerate(labels)
+            for p, point in enumerate(points)
+            for panel in ("bare", "damped")
+        ]  # fmt: skip
+        worst = min(case.chaos.q2 for case in cases)
+        print(f"{count} runs: Q² at least {worst:.4f}", file=sys.stderr)
+        if worst >= ENOUGH:
+            break
+    ranges = [range_row(case, size, study.margin.factor_of_safety) for case in cases]
+    names, sources = [g.name for g in groups], [g.source for g in groups]
+    shares = [row for case in cases for row in share_rows(case, names, sources, parts)]
+    main = governing(cases, size)
+    errors = list(spread.uncertain.error_columns.values())
+    tests = test_rows(
+        main.chaos,
+        seen,
+        measurements_of(found, study.margin.test_errors, spread.uncertain.band_edges),
+        errors,
+    )
+    width = float(np.ptp(np.quantile(main.drawn(size), (0.05, 0.95))))
+    unmeasured = {"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": width}
+    for name, rows in (("ranges", ranges), ("shares", shares)):
+        write_csv(getattr(output, name), pd.DataFrame(rows))
+    write_csv(
+        output.next_test, pd.DataFrame([{**main.place, **row} for row in [unmeasured, *tests]])
+    )
+    _runs_dataset(spread, found, seen, labels, points).assign_attrs(stamp(study)).to_netcdf(
+        output.runs, engine="scipy"
+    )
+
+
+def _runs_dataset(
+    spread: SpreadStudy,
+    found: Mapping[str, Array],
+    seen: Array,
+    labels: list[str],
+    points: list[str],
+) -> xr.Dataset:
+    uncertain = spread.uncertain
+    values = [list(uncertain.values(row).values()) for row in seen]
+    dims = "run scenario point"
+    return xr.Dataset(
+        {
+            "score": variable("run score_number", seen, "1", "standard normal scores"),
+            "value": variable("run key", np.array(values).reshape(len(seen), -1), "1", "inputs"),
+            "level": variable("run band", found["level"], "dB", "deviation of the level"),
+            "bare_rms": variable(dims, found["bare"], "g", "rms acceleration of the bare panel"),
+            "damped_rms": variable(dims, found["damped"], "g", "rms acceleration with dampers"),
+        },
+        {"scenario": labels, "point": points, "key": uncertain.keys},
+    )

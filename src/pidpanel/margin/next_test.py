@@ -1,0 +1,108 @@
+"""The next test: what a measurement would leave of the variance of an answer.
+
+Observations o = a + B z + e are linear in the scores z of the inputs, with B by least squares on
+the runs that exist; what of the runs is not linear counts as error. The scores are then normal
+after the test too, with the covariance C = (I + Bᵀ R⁻¹ B)⁻¹ and a mean whose own covariance is
+I − C. The answer is the chaos at such scores: two samples with the same mean share what the test
+tells, so that the covariance of both is the variance that it takes (pick and freeze).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+
+from pidpanel.arrays import Array
+from pidpanel.margin.chaos import Chaos
+
+DRAWN = 2**14  # pairs of samples
+INTERVAL = (0.05, 0.95)
+
+
+class Measurement(NamedTuple):
+    """A measurement that could be made."""
+
+    values: Array  # (n_runs, n) what it would show
+    error: Array  # (n,) standard deviations of independent errors
+    common: float = 0.0  # standard deviation of an error common to all, and to others of its kind
+    kind: str = ""
+    # Correlation of errors of the damping at its level and at that of the answer
+    common_damping: float = 1.0
+
+
+def joined(
+    scores: Array, measurements: Sequence[Measurement], damping: Sequence[slice] = ()
+) -> tuple[Array, Array]:
+    """Return B (n, n_scores) and R (n, n) of some measurements together.
+
+    Parameters
+    ----------
+    damping
+        Scores of the errors of damping models.
+    """
+    design = np.hstack([np.ones((len(scores), 1)), scores])
+    gains, errors, kinds, common = [], [], [], []
+    for part in measurements:
+        solution = np.linalg.lstsq(design, part.values, rcond=None)[0]
+        left = np.mean((part.values - design @ solution) ** 2, axis=0)
+        B, variance = solution[1:].T.copy(), part.error**2 + left
+        for columns in damping:
+            variance += (1 - part.common_damping**2) * np.sum(B[:, columns] ** 2, axis=1)
+            B[:, columns] *= part.common_damping
+        gains.append(B)
+        errors.append(variance)
+        kinds += [part.kind] * len(B)
+        common += [part.common] * len(B)
+    same = np.equal.outer(np.array(kinds), np.array(kinds))
+    return np.vstack(gains), np.diag(np.concatenate(errors)) + same * np.outer(common, common)
+
+
+def posterior(gain: Array, error: Array) -> Array:
+    """Return the covariance C (n, n) of the scores after a test with B and R.
+
+    Examples
+    --------
+    >>> posterior(np.array([[1.0, 0.0]]), np.array([[1.0]])).tolist()
+    [[0.5, 0.0], [0.0, 1.0]]
+    """
+    inner = error + gain @ gain.T
+    return np.asarray(np.eye(gain.shape[1]) - gain.T @ la.solve(inner, gain, assume_a="pos"))
+
+
+def _root(covariance: Array) -> Array:
+    value, vector = np.linalg.eigh(covariance)
+    return np.asarray(vector * np.sqrt(np.maximum(value, 0.0)))
+
+
+def remaining(chaos: Chaos, covariance: Array) -> tuple[float, float]:
+    """Return the share of the variance that is left after a test, and the width of the interval.
+
+    The width is that from 5 to 95 % about the result of the test, on average over results: of the
+    difference of two samples with the same mean, over √2.
+    """
+    size, rng = len(covariance), np.random.default_rng(1)
+    mean = rng.standard_normal((DRAWN, size)) @ _root(np.eye(size) - covariance).T
+    apart = rng.standard_normal((2, DRAWN, size)) @ _root(covariance).T
+    first, second = chaos(mean + apart[0]), chaos(mean + apart[1])
+    variance = (np.var(first) + np.var(second)) / 2
+    left = np.mean((first - second) ** 2) / 2
+    width = np.ptp(np.quantile(first - second, INTERVAL)) / np.sqrt(2)
+    return float(left) / max(float(variance), 1e-300), float(width)
+
+
+def test_rows(
+    chaos: Chaos, scores: Array, measurements: Mapping[str, Measurement], damping: Sequence[slice]
+) -> list[dict[str, Any]]:
+    """Return what each measurement, and any two, would leave; the most useful of each first."""
+    single = [(name,) for name in measurements]
+    rows = []
+    for names in (*single, *combinations(measurements, 2)):
+        parts = [measurements[name] for name in names]
+        share, width = remaining(chaos, posterior(*joined(scores, parts, damping)))
+        rows.append({"measurement": " and ".join(names), "tests": len(names),
+                     "share_left": share, "interval_width_g": width})  # fmt: skip
+    return sorted(rows, key=lambda row: (row["tests"], row["share_left"]))

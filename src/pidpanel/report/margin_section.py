@@ -1,0 +1,115 @@
+"""The margin over the spread of all inputs on the page: what to sign, and what to measure next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pidpanel.report import html, style
+from pidpanel.report.inputs import SpreadResults
+from pidpanel.report.templates import sentence
+from pidpanel.report.text import records
+
+FEW = 8  # shares that the figure shows
+BAR = 0.32  # height of a bar
+KINDS = {"damped": style.PLACES[0], "bare": style.BARE}
+
+
+def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str, Any]:
+    """Return what the templates need: the governing answer, its shares, tests."""
+    ranges, tests = results.ranges, results.next_test
+    place = tests.iloc[0][["scenario", "point", "panel"]]
+    is_main = (ranges[list(place.index)] == place).all(axis=1)
+    bare = ranges[(ranges["scenario"] == place["scenario"]) & (ranges["point"] == place["point"])]
+    shares = results.shares[(results.shares[list(place.index)] == place).all(axis=1)]
+    single, pairs = (tests[tests["tests"] == count] for count in (1, 2))
+    return {
+        "main": dict(ranges[is_main].iloc[0]),
+        "bare": dict(bare[bare["panel"] == "bare"].iloc[0]),
+        "name": names.get(place["scenario"], place["scenario"]),
+        "shares": records(shares),
+        "unmeasured": dict(tests.iloc[0]),
+        "tests": records(single),
+        "pairs": records(pairs.head(5)),
+        "ranges": [{**row, "name": names.get(row["scenario"], row["scenario"])}
+                   for row in records(ranges)],
+        "factor": results.factor_of_safety,
+        "has_limit": bool(ranges["limit_g"].notna().any()),
+        "is_stated": results.level == "p95_50",
+        "worst_q2": float(ranges["q2"].min()),
+    }  # fmt: skip
+
+
+def margin_headline(results: SpreadResults, names: Mapping[str, str]) -> str:
+    """Return the answer: the range, the margin of safety, the probability, the next test."""
+    return sentence("margin_headline.html", margin_values(results, names))
+
+
+def margin_first(results: SpreadResults, names: Mapping[str, str]) -> html.Fragment:
+    """Return the first screen: ranges against the limit, shares, the next tests."""
+    values = margin_values(results, names)
+    values["range_figure"] = html.figure_picture("margin_ranges", range_figure, values["ranges"])
+    values["share_figure"] = html.figure_picture("margin_shares", share_figure, values["shares"])
+    return html.Fragment("margin_first.html", values)
+
+
+def margin_section(results: SpreadResults, names: Mapping[str, str]) -> html.PageSection:
+    """Return all ranges, shares with their sources, and pairs of tests."""
+    values = margin_values(results, names)
+    return html.template_section("margin.html", "Spread of the inputs and margin", values)
+
+
+def range_figure(rows: list[dict[str, Any]]) -> Figure:
+    """Draw the 5 to 95 % of g rms as bars, bare and damped, with median, nominal and limit."""
+    table = pd.DataFrame(rows).drop_duplicates(["panel", "point", "p50_g"], ignore_index=True)
+    table["title"] = np.where(table["panel"] == "bare", "bare", table["name"])
+    points = list(dict.fromkeys(table["point"]))
+    figure = Figure(
+        figsize=(6.4, 0.7 + 0.26 * len(table) + 0.15 * len(points)), layout="constrained"
+    )
+    axes, y, ticks = figure.subplots(), 0.0, []
+    for point in points:
+        group = table[table["point"] == point]
+        for row in records(group.sort_values("panel", kind="stable")):
+            width = row["p95_g"] - row["p05_g"]
+            colour = KINDS[row["panel"]]
+            axes.barh(y, width, BAR * 2, left=row["p05_g"], color=colour, alpha=0.75)
+            axes.plot([row["p50_g"]] * 2, [y - BAR, y + BAR], color="white", linewidth=2)
+            axes.plot(row["nominal_g"], y, "D", color="black", markersize=3.5)
+            ticks.append((y, f"{point}, {row['title']}"))
+            y += 1
+        if np.isfinite(limit := group["limit_g"].iloc[0]):
+            ends = y - len(group) - 0.5, y - 0.5
+            axes.plot([limit, limit], ends, color=style.PLACES[3], linewidth=2)
+            axes.annotate(
+                "limit", (limit, ends[0]), (3, -8), textcoords="offset points", fontsize=8
+            )
+        y += 0.5
+    axes.set_yticks([at for at, _ in ticks], [label for _, label in ticks])
+    axes.invert_yaxis()
+    limits = table["limit_g"].max(skipna=True)
+    right = 1.1 * max(table["p95_g"].max(), limits if np.isfinite(limits) else 0.0)
+    axes.set(xlabel="acceleration [g rms]", xlim=(0, right))
+    axes.grid(axis="y", visible=False)
+    return figure
+
+
+def share_figure(rows: list[dict[str, Any]]) -> Figure:
+    """Draw the total shares of the inputs in the variance."""
+    few = rows[:FEW]
+    figure = Figure(figsize=(6.4, 0.6 + 0.28 * len(few)), layout="constrained")
+    axes = figure.subplots()
+    place = np.arange(len(few))
+    axes.barh(place, [row["share"] for row in few], 0.65, color=style.PLACES[0], alpha=0.75)
+    for at, row in zip(place, few, strict=True):
+        axes.annotate(f"{row['share']:.2f}", (row["share"], at), (4, 0),
+                      textcoords="offset points", va="center", fontsize=8)  # fmt: skip
+    axes.set_yticks(place, [row["input"].replace(" and ", "\nand ") for row in few])
+    axes.invert_yaxis()
+    axes.set(xlabel="share of the variance of g rms, with interactions", xlim=(0, 1.08))
+    axes.grid(axis="y", visible=False)
+    return figure
