@@ -25,6 +25,7 @@ from pidpanel.structure.from_study import studied
 from pidpanel.study import StudyError, load_study
 from pidpanel.study.base import found_file
 from pidpanel.study.requirements import DEPTH, WIDTH
+from pidpanel.study.scenarios import level_suffix
 from pidpanel.study.section import core_cell_width_mm
 from pidpanel.study.stated_dampers import TableDamper
 
@@ -207,6 +208,8 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         raise StudyError(f"--budget-kg {draft.budget_kg:g}: needs particles or a table with masses")
     if draft.steady_g is not None and not draft.is_simulated:
         raise StudyError("--steady-g: needs particles; other damping does not know it")
+    if draft.uncertain and (draft.structure is not None or draft.model == "coupled"):
+        raise StudyError("--uncertain: needs a panel, and damping of the atlas, a table or the law")
     if draft.wall_m is not None and draft.surroundings == "baffle":
         raise StudyError(f"--wall-m {draft.wall_m:g}: not allowed with --surroundings baffle")
     spectrum = _relative_path(draft.spectrum, file)
@@ -245,6 +248,8 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         **vars(draft),
         "draft": draft,
         "limits": _limits(draft, file),
+        "judged": f"centre_r{min(fills, key=lambda fill: abs(fill - 0.5)):g}"
+        + level_suffix(draft.oaspl),
         "laminate": draft.laminate,
         "second": second,
         "remarks": (draft.structure or draft.deck or SimpleNamespace(remarks=())).remarks,

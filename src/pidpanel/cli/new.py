@@ -63,6 +63,7 @@ several = partial(option, multiple=True)
 @option("--steady-g", type=STEADY, help="what particles feel in flight besides gravity [g]")
 @option("--table", help="CSV table of measured damping, instead of particles")
 @option("--budget-kg", type=ABOVE_ZERO, help="search layouts of dampers within this mass [kg]")
+@option("--uncertain", is_flag=True, help="usual spreads of the inputs, marked as assumed")
 @option("--shaker", help="CSV table of base motion, such as gevs_qualification.csv")
 def new(file: Path, force: bool, **options: Any) -> None:
     """Write a commented study, which is then edited.

@@ -47,7 +47,7 @@ def range_row(answer: Answer, size: int, factor_of_safety: float) -> dict[str, A
     """
     drawn, limit = answer.drawn(size), answer.limit
     low, middle, high = np.quantile(drawn, LEVELS)
-    known = np.isfinite(limit)
+    has_limit = np.isfinite(limit)
     return {
         **answer.place,
         "nominal_g": answer.nominal,
@@ -55,7 +55,7 @@ def range_row(answer: Answer, size: int, factor_of_safety: float) -> dict[str, A
         "p50_g": middle,
         "p95_g": high,
         "limit_g": limit,
-        "probability_exceeding": float(np.mean(drawn > limit)) if known else np.nan,
+        "probability_exceeding": float(np.mean(drawn > limit)) if has_limit else np.nan,
         "margin_of_safety_p50": limit / (factor_of_safety * middle) - 1,
         "margin_of_safety_p95": limit / (factor_of_safety * high) - 1,
         "q2": answer.chaos.q2,

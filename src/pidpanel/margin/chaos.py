@@ -124,6 +124,8 @@ def fitted(scores: Array, answer: Array) -> Chaos:
         match = np.abs(residual @ matrix) / size
         match[chosen] = -1.0
         term = int(np.argmax(match))
-    kept = chosen[:best_count]
-    coefficient = np.asarray(np.linalg.lstsq(matrix[:, kept], answer, rcond=None)[0], np.float64)
-    return Chaos(degrees[kept], coefficient, 1 - best)
+    selected = chosen[:best_count]
+    coefficient = np.asarray(
+        np.linalg.lstsq(matrix[:, selected], answer, rcond=None)[0], np.float64
+    )
+    return Chaos(degrees[selected], coefficient, 1 - best)

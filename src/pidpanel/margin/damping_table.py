@@ -26,7 +26,9 @@ class DampingTable:
     values: Array
 
     @classmethod
-    def of(cls, damper: FilledDamper, frequency: Array, acceleration_g: Array) -> DampingTable:
+    def tabulated(
+        cls, damper: FilledDamper, frequency: Array, acceleration_g: Array
+    ) -> DampingTable:
         """Return the table of a damper at frequencies [Hz] and Γ, which may be a single one."""
         read = [damper.damping(frequency, gamma)[:2] for gamma in acceleration_g.tolist()]
         values = np.array([[np.log(np.maximum(C, LEAST)) for C, _ in read], [m for _, m in read]])
@@ -37,10 +39,10 @@ class DampingTable:
         values, place = self.values + change, np.arange(self.log_acceleration.size)
 
         def damping(frequency: Array, acceleration_g: float) -> tuple[Array, Array]:
-            at = float(np.interp(np.log(acceleration_g), self.log_acceleration, place))
-            lower = min(int(at), max(place.size - 2, 0))
+            position = float(np.interp(np.log(acceleration_g), self.log_acceleration, place))
+            lower = min(int(position), max(place.size - 2, 0))
             upper = min(lower + 1, place.size - 1)
-            log_value, mass = values[:, lower] + (at - lower) * (
+            log_value, mass = values[:, lower] + (position - lower) * (
                 values[:, upper] - values[:, lower]
             )
             x = np.log(frequency)
@@ -59,7 +61,7 @@ class VariedDamping:
     inputs: Sequence[tuple[int, Callable[[float], Array]]]
     error: Array  # (2 n_f, r) of ln C_e, then m_a, over scores of the error
 
-    def at(self, inputs: Array, error: Array) -> Damping:
+    def damping(self, inputs: Array, error: Array) -> Damping:
         """Return the damping at scores of the inputs (n_inputs,) and of the error (r,)."""
         change = np.zeros_like(self.table.values)
         for number, change_at in self.inputs:

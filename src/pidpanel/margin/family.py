@@ -18,6 +18,8 @@ from pidpanel.arrays import Array, Index
 
 # Share of the elastic energy of a direction of the shapes below which it is left out.
 ENERGY = 1e-5
+# Static response of modes left out, over the largest, below which it is left out too.
+STATIC = 0.05
 INDEPENDENT = 1e-9  # of parameters of panels, over the largest
 
 
@@ -29,12 +31,12 @@ class Parts:
     share: Array  # (n_rows, k)
 
     @classmethod
-    def of(cls, parameters: Array) -> Parts:
+    def spanning(cls, parameters: Array) -> Parts:
         """Return the parts of rows (n_rows, n_parameters), which enter linearly.
 
         Examples
         --------
-        >>> Parts.of(np.array([[1.0, 0.0], [2.0, 0.0], [1.0, 5.0]])).share.round(12).tolist()
+        >>> Parts.spanning(np.array([[1.0, 0.0], [2.0, 0.0], [1.0, 5.0]])).share.round(12).tolist()
         [[0.5, 0.0], [1.0, 0.0], [0.0, 1.0]]
         """
         size = np.abs(parameters).max(axis=0)
@@ -45,7 +47,7 @@ class Parts:
         share = np.linalg.lstsq(scaled[chosen].T, scaled.T, rcond=None)[0].T
         return cls(chosen, np.where(np.abs(share) < 1e-12, 0.0, share))
 
-    def apart(self, rows: Index) -> Index:
+    def distinct(self, rows: Index) -> Index:
         """Return those of some rows that are not proportional to the first of them, and it."""
         unit = self.share[rows] / np.linalg.norm(self.share[rows], axis=1, keepdims=True)
         return rows[np.append([True], np.abs(unit[1:] @ unit[0]) < 1 - 1e-6)]
@@ -68,6 +70,29 @@ class PanelFamily:
         return np.sqrt(np.maximum(value, 0.0)) / (2 * np.pi), vector
 
 
+def with_static_rest(
+    natural: Array, vectors: Array, loads: Sequence[Array], limit: float
+) -> tuple[Array, Array]:
+    """Return the modes of 1 kg up to a limit [Hz], and few shapes for those above.
+
+    What of loads (k, n) each, such as the rows of patches, moves them statically is reduced to the
+    directions with most of the elastic energy and diagonalised in mass and stiffness.
+    """
+    dynamic = natural <= limit
+    static_modes, omega = vectors[:, ~dynamic], 2 * np.pi * natural[~dynamic]
+    static = [static_modes.T @ load.T / omega[:, None] for load in loads]
+    size = [np.linalg.norm(part) for part in static]
+    static = [part / norm for part, norm in zip(static, size, strict=True) if norm > 0]
+    if not static:
+        return natural[dynamic], vectors[:, dynamic]
+    direction, value, _ = la.svd(np.hstack(static), full_matrices=False)
+    direction = direction[:, value > STATIC * value[0]]
+    square, turn = la.eigh(direction.T @ (direction / omega[:, None] ** 2))
+    shapes = (static_modes / omega) @ direction @ turn / np.sqrt(square)
+    frequency = 1 / (2 * np.pi * np.sqrt(square))
+    return np.append(natural[dynamic], frequency), np.hstack([vectors[:, dynamic], shapes])
+
+
 def compressed(
     shapes: Sequence[Array], stiffness: sp.csr_array, mass: sp.csr_array, frequency: float
 ) -> Array:
@@ -80,5 +105,5 @@ def compressed(
     norm = stiffness + (2 * np.pi * frequency) ** 2 * mass
     stacked = stacked / np.sqrt(np.einsum("ki,ki->i", stacked, norm @ stacked))
     energy, vector = la.eigh(stacked.T @ (norm @ stacked))
-    kept = energy > ENERGY
-    return np.asarray(stacked @ (vector[:, kept] / np.sqrt(energy[kept])))
+    large = energy > ENERGY
+    return np.asarray(stacked @ (vector[:, large] / np.sqrt(energy[large])))

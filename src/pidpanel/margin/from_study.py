@@ -25,7 +25,14 @@ from pidpanel.margin.chaos import fitted
 from pidpanel.margin.damping_table import LEAST
 from pidpanel.margin.next_test import test_rows
 from pidpanel.margin.observations import MODES_SEEN, measurements_of
-from pidpanel.margin.runs import LINES_PER_BANDWIDTH, Answers, Inputs, Layout, Medium, answers
+from pidpanel.margin.runs import (
+    LINES_PER_BANDWIDTH,
+    Answers,
+    DampedLayout,
+    Medium,
+    RunInputs,
+    answers,
+)
 from pidpanel.margin.samples import Group, columns_of, joined_keys, leading, scores
 from pidpanel.margin.spread_dampers import ERROR_TERMS, SpreadDampers
 from pidpanel.margin.spread_panel import SpreadPanel
@@ -81,8 +88,8 @@ class UncertainStudy:
             groups.append(Group(" and ".join(names), sources, mixing))
         if (spread := uncertain.get(SPECTRUM)) is not None:
             octave = np.log2(self.band_edges).mean(axis=1)
-            apart = np.abs(octave[:, None] - octave) / (spread.correlation_octaves or 1.0)
-            mixing = spread.deviation * leading(np.exp(-apart))
+            distance = np.abs(octave[:, None] - octave) / (spread.correlation_octaves or 1.0)
+            mixing = spread.deviation * leading(np.exp(-distance))
             groups.append(Group(SPECTRUM, spread.source, mixing))
         for name in self.error_names:
             mixing = np.zeros((0, ERROR_TERMS))
@@ -194,17 +201,20 @@ class SpreadStudy:
         low, high = slow.response.frequency_hz
         ends = 2 * np.pi * low / max(self._medium_of), 2 * np.pi * high / min(self._medium_of)
         length = float(np.linalg.norm(np.ptp(self.panel.basis.vertex_position, axis=0)))
-        waves = {name: WaveMatrix.of(_real(table), *ends, length) for name, table in tables.items()}
+        waves = {
+            name: WaveMatrix.decomposed(_real(table), *ends, length)
+            for name, table in tables.items()
+        }
         force = waves[MODAL_FORCE]
         if not is_wet:
             return Medium(force, None, None, 0)
         air = waves.get(DIFFUSE, force), waves.get(ADDED_VOLUME)
         return Medium(force, *air, WETTED_SIDES[slow.radiation])
 
-    def inputs(self, number: int, levels: Array | None = None) -> Inputs:
+    def inputs(self, number: int, levels: Array | None = None) -> RunInputs:
         """Return the inputs of a study, with deviations of levels in bands (n_bands,) [dB]."""
         study, edges = self._studies[number], self.uncertain.band_edges
-        basis, vectors = self.panel.modes(number, study.panel.modal_damping)
+        basis, vectors = self.panel.modes(number, self._panels[number], study.panel.modal_damping)
         sound, ends, spectrum = (
             study.acoustics, study.response.frequency_hz, spectrum_of(study.acoustics)
         )  # fmt: skip
@@ -217,19 +227,19 @@ class SpreadStudy:
             pressure = pressure * 10 ** (levels[band] / 10)
         rows = self.panel.patch_rows(self._panels[number])
         density, speed = sound.air_density_kg_m3, sound.speed_m_s
-        return Inputs(
+        return RunInputs(
             lines, basis, vectors, self.panel.basis.shape_at_points, rows, self.panel.area,
             pressure, density, speed,
         )  # fmt: skip
 
-    def run(self, number: int) -> tuple[Answers, Inputs, list[Layout]]:
+    def run(self, number: int) -> tuple[Answers, RunInputs, list[DampedLayout]]:
         """Return answers, inputs and layouts of a sample; −1 for the nominal inputs."""
         row = self.samples[number] if number >= 0 else np.zeros(self.uncertain.size)
         inputs = self.inputs(self._first + number if number >= 0 else 0, self.uncertain.levels(row))
         layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
         edges = self.uncertain.band_edges
-        found = answers(inputs, self.medium, layouts, edges, self.dampers.near)
-        return found, inputs, layouts
+        results = answers(inputs, self.medium, layouts, edges, self.dampers.near)
+        return results, inputs, layouts
 
 
 def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list[dict[str, Array]]:
@@ -281,15 +291,15 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     runs: list[dict[str, Array]] = []
     for count in [*(n for n in FEWER_RUNS if n < most), most]:
         runs = _found(spread, count, runs)
-        found = {name: np.array([run[name] for run in runs]) for name in runs[0]}
-        seen = spread.samples[:count]
+        results = {name: np.array([run[name] for run in runs]) for name in runs[0]}
+        samples = spread.samples[:count]
         cases = [
             Answer(
                 label, point, panel,
                 float(nominal.rms[0, p] * np.sqrt(layouts[s].factor) if panel == "bare"
                       else nominal.rms[1 + s, p]),
-                found[panel][:, s, p], limits.get(point, np.nan),
-                fitted(seen, found[panel][:, s, p]),
+                results[panel][:, s, p], limits.get(point, np.nan),
+                fitted(samples, results[panel][:, s, p]),
             )
             for s, label in enumerate(labels)
             for p, point in enumerate(points)
@@ -306,8 +316,8 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     errors = list(spread.uncertain.error_columns.values())
     tests = test_rows(
         main.chaos,
-        seen,
-        measurements_of(found, study.margin.test_errors, spread.uncertain.band_edges),
+        samples,
+        measurements_of(results, study.margin.test_errors, spread.uncertain.band_edges),
         errors,
     )
     width = float(np.ptp(np.quantile(main.drawn(size), (0.05, 0.95))))
@@ -317,28 +327,28 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     write_csv(
         output.next_test, pd.DataFrame([{**main.place, **row} for row in [unmeasured, *tests]])
     )
-    _runs_dataset(spread, found, seen, labels, points).assign_attrs(stamp(study)).to_netcdf(
+    _runs_dataset(spread, results, samples, labels, points).assign_attrs(stamp(study)).to_netcdf(
         output.runs, engine="scipy"
     )
 
 
 def _runs_dataset(
     spread: SpreadStudy,
-    found: Mapping[str, Array],
-    seen: Array,
+    results: Mapping[str, Array],
+    samples: Array,
     labels: list[str],
     points: list[str],
 ) -> xr.Dataset:
     uncertain = spread.uncertain
-    values = [list(uncertain.values(row).values()) for row in seen]
+    values = [list(uncertain.values(row).values()) for row in samples]
     dims = "run scenario point"
     return xr.Dataset(
         {
-            "score": variable("run score_number", seen, "1", "standard normal scores"),
-            "value": variable("run key", np.array(values).reshape(len(seen), -1), "1", "inputs"),
-            "level": variable("run band", found["level"], "dB", "deviation of the level"),
-            "bare_rms": variable(dims, found["bare"], "g", "rms acceleration of the bare panel"),
-            "damped_rms": variable(dims, found["damped"], "g", "rms acceleration with dampers"),
+            "score": variable("run score_number", samples, "1", "standard normal scores"),
+            "value": variable("run key", np.array(values).reshape(len(samples), -1), "1", "inputs"),
+            "level": variable("run band", results["level"], "dB", "deviation of the level"),
+            "bare_rms": variable(dims, results["bare"], "g", "rms acceleration of the bare panel"),
+            "damped_rms": variable(dims, results["damped"], "g", "rms acceleration with dampers"),
         },
         {"scenario": labels, "point": points, "key": uncertain.keys},
     )

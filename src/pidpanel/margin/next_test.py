@@ -23,7 +23,7 @@ DRAWN = 2**14  # pairs of samples
 INTERVAL = (0.05, 0.95)
 
 
-class Measurement(NamedTuple):
+class Observable(NamedTuple):
     """A measurement that could be made."""
 
     values: Array  # (n_runs, n) what it would show
@@ -35,7 +35,7 @@ class Measurement(NamedTuple):
 
 
 def joined(
-    scores: Array, measurements: Sequence[Measurement], damping: Sequence[slice] = ()
+    scores: Array, measurements: Sequence[Observable], damping: Sequence[slice] = ()
 ) -> tuple[Array, Array]:
     """Return B (n, n_scores) and R (n, n) of some measurements together.
 
@@ -86,8 +86,8 @@ def remaining(chaos: Chaos, covariance: Array) -> tuple[float, float]:
     """
     size, rng = len(covariance), np.random.default_rng(1)
     mean = rng.standard_normal((DRAWN, size)) @ _root(np.eye(size) - covariance).T
-    apart = rng.standard_normal((2, DRAWN, size)) @ _root(covariance).T
-    first, second = chaos(mean + apart[0]), chaos(mean + apart[1])
+    scatter = rng.standard_normal((2, DRAWN, size)) @ _root(covariance).T
+    first, second = chaos(mean + scatter[0]), chaos(mean + scatter[1])
     variance = (np.var(first) + np.var(second)) / 2
     left = np.mean((first - second) ** 2) / 2
     width = np.ptp(np.quantile(first - second, INTERVAL)) / np.sqrt(2)
@@ -95,7 +95,7 @@ def remaining(chaos: Chaos, covariance: Array) -> tuple[float, float]:
 
 
 def test_rows(
-    chaos: Chaos, scores: Array, measurements: Mapping[str, Measurement], damping: Sequence[slice]
+    chaos: Chaos, scores: Array, measurements: Mapping[str, Observable], damping: Sequence[slice]
 ) -> list[dict[str, Any]]:
     """Return what each measurement, and any two, would leave; the most useful of each first."""
     single = [(name,) for name in measurements]

@@ -28,7 +28,7 @@ SEARCHED = 2  # every second line is enough to search Γ near a known one
 Damping = Callable[[Array, float], tuple[Array, Array]]  # f (nf,), Γ → C_e, m_a (nf,)
 
 
-class Layout(NamedTuple):
+class DampedLayout(NamedTuple):
     """Dampers on some patches."""
 
     patches: tuple[int, ...]
@@ -46,7 +46,7 @@ class Medium(NamedTuple):
     sides: int
 
 
-class Inputs(NamedTuple):
+class RunInputs(NamedTuple):
     """The inputs of a run."""
 
     frequency: Array  # (nf,) lines [Hz]
@@ -70,9 +70,9 @@ class Answers:
 
 
 def answers(
-    inputs: Inputs,
+    inputs: RunInputs,
     medium: Medium,
-    layouts: Sequence[Layout],
+    layouts: Sequence[DampedLayout],
     band_edges: Array,
     near: Sequence[Array] | None = None,
 ) -> Answers:
@@ -87,24 +87,24 @@ def answers(
     """
     bare = _bare(inputs, medium, layouts)
     bare_psd = bare[()].point_psd[:, :, 0, 0].real
-    psds, found = [bare_psd], []
+    psds, motions_of_layouts = [bare_psd], []
     for number, layout in enumerate(layouts):
         panel, area = bare[layout.patches], inputs.area[list(layout.patches)]
         start = None if near is None else near[number]
         gamma = _motion(layout, panel, area, start)
         damping, mass = _read(layout, inputs.frequency, gamma)
         psds.append(layout.factor * attach_dampers(panel, damping, mass).displacement_psd)
-        found.append(gamma)
+        motions_of_layouts.append(gamma)
     g = (2 * np.pi * inputs.frequency[:, None]) ** 4 / STANDARD_GRAVITY**2
     acceleration = [psd * g for psd in psds]
     weight = trapezoid_weights(inputs.frequency)
     rms = np.sqrt([weight @ psd for psd in acceleration])
     bands = [band_rms(inputs.frequency, psd, band_edges).T for psd in acceleration]
-    return Answers(rms, tuple(found), np.array(bands))
+    return Answers(rms, tuple(motions_of_layouts), np.array(bands))
 
 
 def _bare(
-    inputs: Inputs, medium: Medium, layouts: Sequence[Layout]
+    inputs: RunInputs, medium: Medium, layouts: Sequence[DampedLayout]
 ) -> dict[tuple[int, ...], BarePanel]:
     """Return the panel without dampers by the patches that carry some."""
     vectors, frequency = inputs.vectors, inputs.frequency
@@ -135,14 +135,14 @@ def _bare(
     return dict(zip(sets, panels, strict=True))
 
 
-def _read(layout: Layout, frequency: Array, log_gamma: Array) -> tuple[Array, Array]:
+def _read(layout: DampedLayout, frequency: Array, log_gamma: Array) -> tuple[Array, Array]:
     """Return C_e and m_a (n_loads, nf)."""
     motions = zip(layout.dampers, np.exp(log_gamma).tolist(), strict=True)
     read = [damping(frequency, gamma) for damping, gamma in motions]
     return np.array([value for value, _ in read]), np.array([mass for _, mass in read])
 
 
-def _motion(layout: Layout, panel: BarePanel, area: Array, near: Array | None) -> Array:
+def _motion(layout: DampedLayout, panel: BarePanel, area: Array, near: Array | None) -> Array:
     """Return ln Γ of the loads at their consistent motion."""
     count = len(layout.patches)
     if not layout.follows_motion:

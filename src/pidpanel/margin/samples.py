@@ -16,7 +16,7 @@ KEPT = 0.98  # share of the variance of a field that its leading directions keep
 
 
 class Group(NamedTuple):
-    """Inputs that vary together, as a number of independent standard normal scores."""
+    """RunInputs that vary together, as a number of independent standard normal scores."""
 
     name: str
     source: str
@@ -29,7 +29,7 @@ class Group(NamedTuple):
         return self.mixing.shape[1]
 
 
-def leading(covariance: Array, kept: float = KEPT) -> Array:
+def leading(covariance: Array, share: float = KEPT) -> Array:
     """Return L (n, r) with covariance ≈ L Lᵀ: the directions with most of the variance.
 
     Examples
@@ -40,7 +40,7 @@ def leading(covariance: Array, kept: float = KEPT) -> Array:
     value, vector = np.linalg.eigh(covariance)
     value, vector = np.maximum(value[::-1], 0.0), vector[:, ::-1]
     total = max(value.sum(), 1e-300)
-    count = int(np.searchsorted(np.cumsum(value), kept * total)) + 1
+    count = int(np.searchsorted(np.cumsum(value), share * total)) + 1
     mixing = vector[:, :count] * np.sqrt(value[:count])
     return np.asarray(mixing * np.where(mixing.sum(axis=0) < 0, -1.0, 1.0))
 

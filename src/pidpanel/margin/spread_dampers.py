@@ -17,7 +17,7 @@ from pidpanel.margin.damping_table import (
     DampingTable,
     VariedDamping,
 )
-from pidpanel.margin.runs import Inputs, Layout, Medium, answers
+from pidpanel.margin.runs import DampedLayout, Medium, RunInputs, answers
 from pidpanel.margin.samples import leading
 from pidpanel.margin.spread_panel import SpreadPanel
 
@@ -38,11 +38,11 @@ class SpreadDampers:
     Parameters
     ----------
     nominal
-        Inputs of the nominal run.
+        RunInputs of the nominal run.
     """
 
     def __init__(
-        self, uncertain: UncertainStudy, panel: SpreadPanel, nominal: Inputs, medium: Medium
+        self, uncertain: UncertainStudy, panel: SpreadPanel, nominal: RunInputs, medium: Medium
     ) -> None:
         study = uncertain.study
         self._names, self._keys = panel.basis.patch_names, uncertain.keys
@@ -58,15 +58,15 @@ class SpreadDampers:
             for place, table in self._tables_of(self.scenarios).items()
         }
         middle = np.zeros(len(self._keys)), np.zeros(uncertain.size)
-        found = answers(nominal, medium, self.layouts(*middle), uncertain.band_edges)
-        motions = np.concatenate([*found.log_acceleration, np.zeros(0)])
+        nominal_answers = answers(nominal, medium, self.layouts(*middle), uncertain.band_edges)
+        motions = np.concatenate([*nominal_answers.log_acceleration, np.zeros(0)])
         if self._follows and motions.size:
             low, high = np.exp([motions.min(), motions.max()])
             self._gamma = np.geomspace(low / FURTHER, high * FURTHER, ACCELERATIONS)
         self._vary(uncertain)
-        self.near = found.log_acceleration
+        self.near = nominal_answers.log_acceleration
 
-    def layouts(self, keys: Array, scores: Array) -> list[Layout]:
+    def layouts(self, keys: Array, scores: Array) -> list[DampedLayout]:
         """Return the layouts at both levels, at scores of the keys and of all groups."""
         layouts = []
         for decibels in (0.0, TEST_DB):
@@ -78,10 +78,10 @@ class SpreadDampers:
                     varied = self._tables[number, patch]
                     part = self._errors.get(damper.name)
                     error = np.zeros(ERROR_TERMS) if part is None else scores[part]
-                    read.append(varied.at(keys, error))
+                    read.append(varied.damping(keys, error))
                 patches = tuple(self._names.index(name) for name in dampers)
                 level = factor * 10 ** (decibels / 10)
-                layouts.append(Layout(patches, tuple(read), level, self._follows))
+                layouts.append(DampedLayout(patches, tuple(read), level, self._follows))
         return layouts
 
     def _tables_of(
@@ -94,7 +94,7 @@ class SpreadDampers:
             for patch, damper in dampers.items():
                 key = id(damper.model), damper.fill
                 if key not in read:
-                    read[key] = DampingTable.of(damper, self._frequency, self._gamma)
+                    read[key] = DampingTable.tabulated(damper, self._frequency, self._gamma)
                 tables[number, patch] = read[key]
         return tables
 

@@ -22,7 +22,7 @@ class WaveMatrix:
     matrices: Array  # (r, n, n)
 
     @classmethod
-    def of(
+    def decomposed(
         cls, matrix: Callable[[Array], Array], lowest: float, highest: float, diameter: float
     ) -> WaveMatrix:
         """Return a matrix (nf, n, n) of wavenumbers (nf,) between two [rad/m] as such a sum.
@@ -38,9 +38,9 @@ class WaveMatrix:
         norm = np.linalg.norm(flat, axis=1, keepdims=True)
         flat /= norm
         square, vector = np.linalg.eigh(flat @ flat.T)
-        kept = square > ACCURACY**2 * square[-1]
-        share = CubicSpline(k, norm * vector[:, kept])
-        matrices = (vector[:, kept].T @ flat).reshape(-1, size.size, size.size)
+        large = square > ACCURACY**2 * square[-1]
+        share = CubicSpline(k, norm * vector[:, large])
+        matrices = (vector[:, large].T @ flat).reshape(-1, size.size, size.size)
         return cls(share, matrices * size[:, None] * size)
 
     def in_modes(self, vectors: Array) -> Callable[[Array], Array]:

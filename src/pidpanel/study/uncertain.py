@@ -22,6 +22,7 @@ T = TypeVar("T")
 ENDS = NormalDist().inv_cdf(0.95)  # of a normal spread, in standard deviations
 REACH = 3.0  # standard deviations within which values are physical; samples end there
 SPECTRUM = "sound.spectrum"
+FIELDS = ("diffuse", "uniform", "uncorrelated")  # whose modal force is real and tabulated
 # Keys with a spread, as patterns.
 ALLOWED = (
     r"panel\.(damping_ratio|section\..+|supports\..*stiffness\w*|masses\..+\.mass_kg)",
@@ -150,7 +151,7 @@ def with_number(section: T, keys: Sequence[str], value: float) -> T:
     key, *further = keys
     if isinstance(section, BaseModel):
         changed = with_number(getattr(section, key), further, value)
-        return section.model_copy(update={key: changed})  # type: ignore[return-value]
+        return section.model_copy(update={key: changed})
     if isinstance(section, Mapping):
         return {**section, key: with_number(section[key], further, value)}  # type: ignore[return-value]
     parts = list(section)  # type: ignore[call-overload]
@@ -211,7 +212,7 @@ def mistakes_of_margin(study: Study) -> Iterator[Mistake]:
         if "margin" in study.model_fields_set:
             yield Mistake(("margin",), "only allowed with uncertain")
         return
-    if study.sound is None or study.sound.field.endswith("wave"):
+    if study.sound is None or study.sound.field not in FIELDS:
         yield Mistake(("uncertain",), "only allowed for a diffuse, uniform or uncorrelated sound")
         return
     if getattr(study.panel, "section", None) is None or not hasattr(study.panel, "outline_m"):

@@ -1,0 +1,67 @@
+"""What a test would leave of the variance, against nested sampling and normal distributions."""
+
+import numpy as np
+import pytest
+
+from pidpanel.margin.chaos import fitted
+from pidpanel.margin.next_test import Observable, joined, posterior, remaining
+from pidpanel.margin.next_test import test_rows as rows_of
+
+RNG = np.random.default_rng(11)
+SCORES = RNG.standard_normal((256, 3))
+
+
+def test_of_a_linear_answer_the_normal_distribution_is_left():
+    chaos = fitted(SCORES, 5 + 3 * SCORES[:, 0] + 4 * SCORES[:, 1])
+    test = Observable(SCORES[:, :1], np.array([0.5]))
+    share, width = remaining(chaos, posterior(*joined(SCORES, [test])))
+    left = (9 * 0.2 + 16) / 25  # 1/(1 + 1/0.5²) of the first score
+    assert share == pytest.approx(left, abs=0.01)
+    assert width == pytest.approx(2 * 1.6449 * 5 * np.sqrt(left), rel=0.02)
+
+
+def test_of_a_curved_answer_nested_sampling_leaves_the_same():
+    """Outer samples of the result, inner ones by importance: no linear algebra."""
+
+    def answer(z):
+        return np.exp(0.3 * z[:, 0] - 0.2 * z[:, 1]) + 0.1 * z[:, 1] * z[:, 2]
+
+    chaos = fitted(SCORES, answer(SCORES))
+    test = Observable(SCORES @ np.array([[1.0], [0.5], [0.0]]), np.array([0.4]))
+    share, _ = remaining(chaos, posterior(*joined(SCORES, [test])))
+    z = RNG.standard_normal((20000, 3))
+    shown, values = z[:, 0] + 0.5 * z[:, 1], answer(z)
+    variances = []
+    for row in RNG.standard_normal((4000, 3)):
+        result = row[0] + 0.5 * row[1] + 0.4 * RNG.standard_normal()
+        weight = np.exp(-((result - shown) ** 2) / (2 * 0.4**2))
+        weight /= weight.sum()
+        variances.append(weight @ values**2 - (weight @ values) ** 2)
+    assert share == pytest.approx(np.mean(variances) / np.var(values), abs=0.02)
+
+
+def test_an_error_common_to_all_channels_does_not_average_out():
+    channels = np.repeat(SCORES[:, :1], 50, axis=1)
+    alone = Observable(channels, np.full(50, 0.5))
+    common = alone._replace(common=0.5)
+    left = [posterior(*joined(SCORES, [test]))[0, 0] for test in (alone, common)]
+    assert left == pytest.approx([1 / (1 + 50 / 0.25), 1 / (1 + 1 / (0.25 + 0.25 / 50))], rel=1e-6)
+
+
+def test_an_error_of_the_damping_that_is_another_at_the_test_tells_nothing_of_the_launch():
+    test = Observable(SCORES[:, :1], np.array([1e-3]), common_damping=0.0)
+    C = posterior(*joined(SCORES, [test], [slice(0, 1)]))
+    assert C[0, 0] == pytest.approx(1.0)
+    shared = posterior(*joined(SCORES, [test._replace(common_damping=1.0)], [slice(0, 1)]))
+    assert shared[0, 0] < 1e-5
+
+
+def test_the_most_useful_measurement_comes_first_and_two_leave_no_more_than_one():
+    chaos = fitted(SCORES, 2 * SCORES[:, 0] + SCORES[:, 1])
+    tests = {
+        "weak": Observable(SCORES[:, 1:2], np.array([0.3])),
+        "strong": Observable(SCORES[:, :1], np.array([0.3])),
+    }
+    rows = rows_of(chaos, SCORES, tests, [])
+    assert [row["measurement"] for row in rows] == ["strong", "weak", "weak and strong"]
+    assert rows[2]["share_left"] < rows[0]["share_left"]
