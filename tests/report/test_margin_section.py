@@ -1,0 +1,55 @@
+"""The margin on the page: numbers of the tables of the stage, for the answer that governs."""
+
+import pandas as pd
+
+from pidpanel.report.html import Page, render
+from pidpanel.report.inputs import SpreadResults
+from pidpanel.report.margin_section import margin_first, margin_headline, margin_section
+
+PLACE = {"scenario": "A", "point": "326", "panel": "damped"}
+
+
+def results(level="median"):
+    row = {
+        "nominal_g": 15.1, "p05_g": 11.9, "p50_g": 15.6, "p95_g": 19.4, "limit_g": 25.0,
+        "probability_exceeding": 0.012, "margin_of_safety_p50": 0.28,
+        "margin_of_safety_p95": 0.03, "q2": 0.99,
+    }  # fmt: skip
+    bare = {**row, **PLACE, "panel": "bare", "p05_g": 13.5, "p95_g": 21.5}
+    other = {**row, **PLACE, "point": "1", "p95_g": 99.0}
+    shares = [
+        {**PLACE, "input": name, "share_alone": share, "share": share, "source": "a survey"}
+        for name, share in (("panel.damping_ratio", 0.55), ("sound.spectrum", 0.24))
+    ]
+    tests = [
+        {**PLACE, "measurement": name, "tests": count, "share_left": left, "interval_width_g": 5.0}
+        for name, count, left in (
+            ("none", 0, 1.0), ("modal survey", 1, 0.4), ("microphones", 1, 0.8),
+            ("modal survey and microphones", 2, 0.2),
+        )
+    ]  # fmt: skip
+    tables = (pd.DataFrame([bare, {**row, **PLACE}, other]), pd.DataFrame(shares))
+    return SpreadResults(*tables, pd.DataFrame(tests), 1.25, level)
+
+
+def test_the_answer_is_what_to_sign_and_what_to_measure_next():
+    text = margin_headline(results(), {"A": "half full"})
+    for part in ("326", "half full", "11.9", "19.4", "13.5", "21.5", "+0.28", "+0.03", "1.2 %",
+                 "panel.damping_ratio", "0.55", "modal survey"):  # fmt: skip
+        assert part in text, part
+    assert "99" not in text
+
+
+def test_the_first_screen_has_bars_shares_and_what_tests_leave():
+    page = Page(
+        title="t", answer="a", facts=[], first=[margin_first(results(), {"A": "half full"})],
+        sections=[margin_section(results(), {})],
+    )  # fmt: skip
+    text = render(page)
+    for part in ('id="margin_ranges"', 'id="margin_shares"', "40 %", "a survey"):
+        assert part in text, part
+    assert "P95/50 and has no spread" not in text
+    stated = Page(
+        title="t", answer="a", facts=[], first=[margin_first(results("p95_50"), {})], sections=[]
+    )
+    assert "P95/50 and has no spread" in render(stated)
