@@ -282,14 +282,14 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
         runs, a NetCDF file, and ranges, shares and next_test, CSV tables.
     """
     spread = SpreadStudy(study, damping)
-    groups, size, most = spread.uncertain.groups, spread.uncertain.size, len(spread.samples)
+    groups, size, limit = spread.uncertain.groups, spread.uncertain.size, len(spread.samples)
     parts = columns_of(groups)
     nominal, _, layouts = spread.run(-1)
     labels = [scenario.label for scenario in judged_scenarios(study)]
     points = list(spread.panel.basis.point_names)
     limits = {name: limit.rms_g or np.nan for name, limit in study.limits.items()}
     runs: list[dict[str, Array]] = []
-    for count in [*(n for n in FEWER_RUNS if n < most), most]:
+    for count in [*(n for n in FEWER_RUNS if n < limit), limit]:
         runs = _found(spread, count, runs)
         results = {name: np.array([run[name] for run in runs]) for name in runs[0]}
         samples = spread.samples[:count]

@@ -17,36 +17,41 @@ MODES_SEEN, FEW_MODES = 6, 3  # of a modal survey, of an impact test
 def measurements_of(
     results: Mapping[str, Array], errors: Any, edges: Array
 ) -> dict[str, Observable]:
-    """Return the measurements that could be made, with what the runs show of each.
+    """Return the measurements that could be made, with what the runs show of independent.
 
     ``results`` has what the runs show, ``edges`` (n_bands, 2) the bands of levels [Hz].
     """
     modal, relative = np.log(results["frequency"]), errors.frequency
     count = modal.shape[1]
-    ratio, of_ratio = np.log(results["ratio"]), errors.damping_ratio
-    few = min(FEW_MODES, count)
+    ratio, ratio_error = np.log(results["ratio"]), errors.damping_ratio
+    lowest = min(FEW_MODES, count)
     level = np.log10(np.maximum(_octaves(10 ** (results["level"] / 10), edges), 1e-30)) * 10
     spread = {
         "modal survey": Observable(
-            np.hstack([modal, ratio]), np.repeat([relative, of_ratio], count)
+            np.hstack([modal, ratio]), np.repeat([relative, ratio_error], count)
         ),
         "impact test": Observable(
-            np.hstack([modal[:, :few], ratio[:, :few]]), 2 * np.repeat([relative, of_ratio], few)
+            np.hstack([modal[:, :lowest], ratio[:, :lowest]]),
+            2 * np.repeat([relative, ratio_error], lowest),
         ),
     }
     decibels, common = errors.level_db, errors.common_db
     if np.ptp(level) > 0:
-        each = np.full(level.shape[1], decibels)
-        spread["microphones"] = Observable(level, each, common, "microphones")
+        independent = np.full(level.shape[1], decibels)
+        spread["microphones"] = Observable(level, independent, common, "microphones")
     for name in ("bare", "damped"):
         # of the sound that the test had
         thirds = results[f"{name}_bands"] ** 2 / 10 ** (results["level"] / 10)[:, None]
         power = _octaves(thirds, edges).reshape(len(thirds), -1)
         values = 10 * np.log10(np.maximum(power, 1e-30))
-        each = np.full(values.shape[1], decibels)
+        independent = np.full(values.shape[1], decibels)
         label = f"acoustic test at {TEST_DB:g} dB, {name}"
         spread[label.replace("-", "−")] = Observable(
-            values, each, common, "acoustic", errors.common_damping if name == "damped" else 1.0
+            values,
+            independent,
+            common,
+            "acoustic",
+            errors.common_damping if name == "damped" else 1.0,
         )
     coupon = results["coupon"]
     if np.ptp(coupon, axis=0).any():
@@ -55,5 +60,5 @@ def measurements_of(
 
 
 def _octaves(thirds: Array, edges: Array) -> Array:
-    """Return sums of three thirds (…, n_bands) each; the last may have fewer."""
+    """Return sums of three thirds (…, n_bands) independent; the last may have fewer."""
     return np.add.reduceat(thirds, np.arange(0, len(edges), 3), axis=-1)

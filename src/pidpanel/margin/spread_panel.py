@@ -113,9 +113,9 @@ class SpreadPanel:
             centre = _centre(panel, name)
             shares = np.outer(_lagrange(x, centre[0]), _lagrange(y, centre[1]))
             parts.append(np.tensordot(shares, rows, axes=2))
-        most = max((len(part) for part in parts), default=0)
-        padded = [np.pad(part, ((0, most - len(part)), (0, 0))) for part in parts]
-        return np.array(padded).reshape(len(parts), most, -1)
+        longest = max((len(part) for part in parts), default=0)
+        padded = [np.pad(part, ((0, longest - len(part)), (0, 0))) for part in parts]
+        return np.array(padded).reshape(len(parts), longest, -1)
 
     def modes(
         self, number: int, panel: StudiedPanel, ratio: DampingRatio

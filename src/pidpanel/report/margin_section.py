@@ -14,7 +14,7 @@ from pidpanel.report.inputs import SpreadResults
 from pidpanel.report.templates import sentence
 from pidpanel.report.text import records
 
-FEW = 8  # shares that the figure shows
+LARGEST = 8  # shares that the figure shows
 BAR = 0.32  # height of a bar
 KINDS = {"damped": style.PLACES[0], "bare": style.BARE}
 
@@ -89,7 +89,7 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
                 "limit", (limit, ends[0]), (3, -8), textcoords="offset points", fontsize=8
             )
         y += 0.5
-    axes.set_yticks([at for at, _ in ticks], [label for _, label in ticks])
+    axes.set_yticks([y for y, _ in ticks], [label for _, label in ticks])
     axes.invert_yaxis()
     limits = table["limit_g"].max(skipna=True)
     right = 1.1 * max(table["p95_g"].max(), limits if np.isfinite(limits) else 0.0)
@@ -100,15 +100,15 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
 
 def share_figure(rows: list[dict[str, Any]]) -> Figure:
     """Draw the total shares of the inputs in the variance."""
-    few = rows[:FEW]
-    figure = Figure(figsize=(6.4, 0.6 + 0.28 * len(few)), layout="constrained")
+    largest = rows[:LARGEST]
+    figure = Figure(figsize=(6.4, 0.6 + 0.28 * len(largest)), layout="constrained")
     axes = figure.subplots()
-    place = np.arange(len(few))
-    axes.barh(place, [row["share"] for row in few], 0.65, color=style.PLACES[0], alpha=0.75)
-    for at, row in zip(place, few, strict=True):
-        axes.annotate(f"{row['share']:.2f}", (row["share"], at), (4, 0),
+    place = np.arange(len(largest))
+    axes.barh(place, [row["share"] for row in largest], 0.65, color=style.PLACES[0], alpha=0.75)
+    for y, row in zip(place, largest, strict=True):
+        axes.annotate(f"{row['share']:.2f}", (row["share"], y), (4, 0),
                       textcoords="offset points", va="center", fontsize=8)  # fmt: skip
-    axes.set_yticks(place, [row["input"].replace(" and ", "\nand ") for row in few])
+    axes.set_yticks(place, [row["input"].replace(" and ", "\nand ") for row in largest])
     axes.invert_yaxis()
     axes.set(xlabel="share of the variance of g rms, with interactions", xlim=(0, 1.08))
     axes.grid(axis="y", visible=False)

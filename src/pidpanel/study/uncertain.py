@@ -161,19 +161,19 @@ def with_number(section: T, keys: Sequence[str], value: float) -> T:
 
 def way_of(study: Study, key: str) -> list[str]:
     """Return the way of a dotted key; names with dots count as one."""
-    keys, section, rest = [], study, key.split(".")
-    while rest:
-        for length in range(1, len(rest) + 1):
-            name = ".".join(rest[:length])
+    keys, section, names = [], study, key.split(".")
+    while names:
+        for length in range(1, len(names) + 1):
+            name = ".".join(names[:length])
             try:
                 section = number_at(section, [name])
             except KeyError:
                 continue
             keys.append(name)
-            rest = rest[length:]
+            names = names[length:]
             break
         else:
-            raise KeyError(rest[0])
+            raise KeyError(names[0])
     return keys
 
 
@@ -192,8 +192,8 @@ def _quantity(parts: Sequence[Any]) -> Quantity | None:
         if isinstance(part, Quantity):
             return part
         metadata = getattr(part, "__metadata__", ()) + get_args(part)
-        if found := _quantity([p for p in metadata if p is not part]):
-            return found
+        if quantity := _quantity([p for p in metadata if p is not part]):
+            return quantity
     return None
 
 
@@ -254,8 +254,8 @@ def _mistakes_of_key(study: Study, key: str, spread: Spread) -> Iterator[Mistake
         yield Mistake((), f"no such key in this study: {error.args[0]}; state it, then its spread")
         return
     if isinstance(value, bool) or not isinstance(value, int | float):
-        shown = "no value" if value is None else f"a {type(value).__name__}"
-        yield Mistake((), f"must be the key of a number; it has {shown}")
+        type_name = "no value" if value is None else f"a {type(value).__name__}"
+        yield Mistake((), f"must be the key of a number; it has {type_name}")
         return
     bounds = bounds_at(study, keys)
     for end in sorted({spread.value(-REACH), spread.value(REACH)}):
