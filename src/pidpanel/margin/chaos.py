@@ -8,7 +8,7 @@ as the leave-one-out error wants (Blatman and Sudret 2011).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import factorial
 
@@ -20,6 +20,7 @@ from pidpanel.arrays import Array, Index
 DEGREE = 4  # largest of one score
 PAIRED = 12  # scores of the largest effect whose products are candidates
 MOST_TERMS = 0.4  # terms over runs
+FOLDS = 5
 PATIENCE = 12  # further terms without a smaller error after which the selection ends
 
 
@@ -29,7 +30,7 @@ class Chaos:
 
     degrees: Index  # (n_terms, n_scores); the first term is the constant
     coefficient: Array  # (n_terms,)
-    q2: float  # share of the variance explained in runs left out, one at a time
+    q2: float  # share of the variance explained in runs left out
 
     def __call__(self, scores: Array) -> Array:
         """Return the answer (n,) at scores (n, n_scores)."""
@@ -85,6 +86,9 @@ def candidates(scores: Array, answer: Array) -> Index:
 def fitted(scores: Array, answer: Array) -> Chaos:
     """Return the chaos of an answer (n,) at scores (n, n_scores).
 
+    Q² is counted in folds, each with a selection of its own: the leave-one-out error of terms that
+    were selected with all runs is too small.
+
     Examples
     --------
     >>> z = np.random.default_rng(0).standard_normal((64, 3))
@@ -92,6 +96,16 @@ def fitted(scores: Array, answer: Array) -> Chaos:
     >>> chaos.shares([slice(0, 1), slice(1, 2), slice(2, 3)])[1].round(6).tolist()
     [1.0, 0.2, 0.0]
     """
+    error, fold = 0.0, np.arange(len(answer)) % FOLDS
+    for number in range(FOLDS):
+        unseen = fold == number
+        part = _selection(scores[~unseen], answer[~unseen])
+        error += float(np.sum((part(scores[unseen]) - answer[unseen]) ** 2))
+    spread = max(float(np.sum((answer - answer.mean()) ** 2)), 1e-300)
+    return replace(_selection(scores, answer), q2=1 - error / spread)
+
+
+def _selection(scores: Array, answer: Array) -> Chaos:
     n, degrees = len(answer), candidates(scores, answer)
     matrix = polynomials(degrees, scores)
     size = np.linalg.norm(matrix, axis=0)

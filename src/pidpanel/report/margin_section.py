@@ -36,7 +36,7 @@ def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str,
         "tests": records(single),
         "pairs": records(pairs.head(5)),
         "ranges": [{**row, "name": names.get(row["scenario"], row["scenario"])}
-                   for row in records(ranges)],
+                   for row in records(ranges.drop_duplicates(["panel", "point", "p50_g"]))],
         "factor": results.factor_of_safety,
         "has_limit": bool(ranges["limit_g"].notna().any()),
         "is_stated": results.level == "p95_50",
