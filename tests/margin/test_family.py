@@ -33,7 +33,7 @@ def test_frequencies_of_panels_between_the_ends_are_those_of_their_own_solution(
         found, vectors = family.modes(parts.share[number], np.ones(1))
         alone = normal_modes(plates[number], 600, 12)[0]
         # springs over four decades between three ends
-        assert found[: len(alone)] == pytest.approx(alone, rel=1e-3)
+        assert found[: len(alone)] == pytest.approx(alone, rel=2e-4)
         mass = vectors.T @ (V.T @ (plates[number].mass @ (V @ vectors)))
         assert np.allclose(mass, np.eye(len(found)), atol=1e-8)
 
