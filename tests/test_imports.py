@@ -48,9 +48,16 @@ ALLOWED = {
     "identify": UPSTREAM | {"measurement"},
     "report": UPSTREAM
     | {
-        "response", "energy", "base", "coupled", "optimise", "margin", "severity", "measurement",
+        "response",
+        "energy",
+        "base",
+        "coupled",
+        "optimise",
+        "margin",
+        "severity",
+        "measurement",
         "identify",
-    },  # fmt: skip
+    },
 }
 
 

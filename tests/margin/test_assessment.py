@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pidpanel.margin.assessment import Answer, governing, range_row, share_rows
+from pidpanel.margin.assessment import PointAnswer, governing, range_row, share_rows
 from pidpanel.margin.chaos import Chaos, fitted
 
 SCORES = np.random.default_rng(4).standard_normal((128, 2))
@@ -13,7 +13,7 @@ SCORES = np.random.default_rng(4).standard_normal((128, 2))
 def answer(mean, deviation, panel="damped", scenario="A", point="1", limit=25.0):
     values = mean + deviation * SCORES[:, 0]
     chaos = fitted(SCORES, values)
-    return Answer(scenario, point, panel, mean, values, limit, chaos)
+    return PointAnswer(scenario, point, panel, mean, values, limit, chaos)
 
 
 def test_a_normal_answer_has_the_quantiles_and_the_probability_of_the_normal_distribution():

@@ -15,7 +15,7 @@ DRAWN = 16384  # samples of the surrogate
 LEVELS = (0.05, 0.5, 0.95)
 
 
-class Answer(NamedTuple):
+class PointAnswer(NamedTuple):
     """g rms at a point, with a limit or NaN."""
 
     scenario: str
@@ -39,7 +39,7 @@ class Answer(NamedTuple):
         return self.chaos(z)
 
 
-def range_row(answer: Answer, size: int, factor_of_safety: float) -> dict[str, Any]:
+def range_row(answer: PointAnswer, size: int, factor_of_safety: float) -> dict[str, Any]:
     """Return the range of an answer, the probability to exceed its limit, margins of safety.
 
     The margin of safety is limit/(FoS · σ) − 1, which for an allowable of three times the limit is
@@ -63,7 +63,7 @@ def range_row(answer: Answer, size: int, factor_of_safety: float) -> dict[str, A
 
 
 def share_rows(
-    answer: Answer, names: Sequence[str], sources: Sequence[str], groups: Sequence[slice]
+    answer: PointAnswer, names: Sequence[str], sources: Sequence[str], groups: Sequence[slice]
 ) -> Iterator[dict[str, Any]]:
     """Yield the shares of the groups of inputs in the variance of an answer, the largest first."""
     first, total = answer.chaos.shares(groups)
@@ -74,17 +74,17 @@ def share_rows(
         }  # fmt: skip
 
 
-def governing(answers: Sequence[Answer], size: int) -> Answer:
+def governing(answers: Sequence[PointAnswer], size: int) -> PointAnswer:
     """Return the worst point of the best scenario with dampers, by the 95 % over the limit.
 
     Points without a limit count only where none has one.
     """
 
-    def load(answer: Answer) -> float:
+    def load(answer: PointAnswer) -> float:
         high = float(np.quantile(answer.drawn(size), LEVELS[-1]))
         return high / answer.limit if np.isfinite(answer.limit) else high * 1e-6
 
-    worst: dict[str, Answer] = {}
+    worst: dict[str, PointAnswer] = {}
     for answer in answers:
         if answer.panel == "damped":
             worst[answer.scenario] = max(worst.get(answer.scenario, answer), answer, key=load)

@@ -16,7 +16,7 @@ from pidpanel.arrays import Array, variable
 from pidpanel.damping.models import FilledDamper
 from pidpanel.margin.assessment import (
     ENOUGH,
-    Answer,
+    PointAnswer,
     governing,
     range_row,
     share_rows,
@@ -27,9 +27,9 @@ from pidpanel.margin.next_test import test_rows
 from pidpanel.margin.observations import MODES_SEEN, measurements_of
 from pidpanel.margin.runs import (
     LINES_PER_BANDWIDTH,
+    AcousticMedium,
     Answers,
     DampedLayout,
-    Medium,
     RunInputs,
     answers,
 )
@@ -192,7 +192,7 @@ class SpreadStudy:
         self.medium = self._medium()
         self.dampers = SpreadDampers(uncertain, self.panel, self.inputs(0), self.medium)
 
-    def _medium(self) -> Medium:
+    def _medium(self) -> AcousticMedium:
         """Return sound and air to the largest wavenumber of all studies."""
         slow = self._studies[int(np.argmin(self._medium_of))]
         slow = self.uncertain.study.model_copy(update={"sound": slow.sound})
@@ -207,9 +207,9 @@ class SpreadStudy:
         }
         force = waves[MODAL_FORCE]
         if not is_wet:
-            return Medium(force, None, None, 0)
+            return AcousticMedium(force, None, None, 0)
         air = waves.get(DIFFUSE, force), waves.get(ADDED_VOLUME)
-        return Medium(force, *air, WETTED_SIDES[slow.radiation])
+        return AcousticMedium(force, *air, WETTED_SIDES[slow.radiation])
 
     def inputs(self, number: int, levels: Array | None = None) -> RunInputs:
         """Return the inputs of a study, with deviations of levels in bands (n_bands,) [dB]."""
@@ -294,7 +294,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
         results = {name: np.array([run[name] for run in runs]) for name in runs[0]}
         samples = spread.samples[:count]
         cases = [
-            Answer(
+            PointAnswer(
                 label, point, panel,
                 float(nominal.rms[0, p] * np.sqrt(layouts[s].factor) if panel == "bare"
                       else nominal.rms[1 + s, p]),

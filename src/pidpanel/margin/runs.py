@@ -37,7 +37,7 @@ class DampedLayout(NamedTuple):
     follows_motion: bool = True
 
 
-class Medium(NamedTuple):
+class AcousticMedium(NamedTuple):
     """The sound and the air on the shapes of the family."""
 
     force: WaveMatrix  # G [m⁴]
@@ -71,7 +71,7 @@ class Answers:
 
 def answers(
     inputs: RunInputs,
-    medium: Medium,
+    medium: AcousticMedium,
     layouts: Sequence[DampedLayout],
     band_edges: Array,
     near: Sequence[Array] | None = None,
@@ -104,7 +104,7 @@ def answers(
 
 
 def _bare(
-    inputs: RunInputs, medium: Medium, layouts: Sequence[DampedLayout]
+    inputs: RunInputs, medium: AcousticMedium, layouts: Sequence[DampedLayout]
 ) -> dict[tuple[int, ...], BarePanel]:
     """Return the panel without dampers by the patches that carry some."""
     vectors, frequency = inputs.vectors, inputs.frequency

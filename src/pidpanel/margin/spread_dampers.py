@@ -17,7 +17,7 @@ from pidpanel.margin.damping_table import (
     DampingTable,
     VariedDamping,
 )
-from pidpanel.margin.runs import DampedLayout, Medium, RunInputs, answers
+from pidpanel.margin.runs import AcousticMedium, DampedLayout, RunInputs, answers
 from pidpanel.margin.samples import leading
 from pidpanel.margin.spread_panel import SpreadPanel
 
@@ -42,7 +42,11 @@ class SpreadDampers:
     """
 
     def __init__(
-        self, uncertain: UncertainStudy, panel: SpreadPanel, nominal: RunInputs, medium: Medium
+        self,
+        uncertain: UncertainStudy,
+        panel: SpreadPanel,
+        nominal: RunInputs,
+        medium: AcousticMedium,
     ) -> None:
         study = uncertain.study
         self._names, self._keys = panel.basis.patch_names, uncertain.keys
