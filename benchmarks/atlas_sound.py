@@ -1,4 +1,4 @@
-"""g rms under sound with the atlas, against coupled runs of scenarios that set nothing in it.
+"""g rms under sound with the atlas, against coupled runs of further scenarios.
 
     python benchmarks/atlas_sound.py run FOLDER [CPU-s]
     python benchmarks/atlas_sound.py write FOLDER
