@@ -44,9 +44,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Model", "ResultsError", "StudyError"]
 
-FILLS = (0.1, 0.3, 0.5, 0.7, 0.9)
-ACCELERATIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
 # Where `Model.damping` reads by default: r, Γ, and how many frequencies of the response.
+FILLS, ACCELERATIONS = (0.1, 0.3, 0.5, 0.7, 0.9), (3.0, 10.0, 30.0, 100.0, 300.0)
 FREQUENCIES = 30
 
 Source = str | Path | Mapping[str, Any]
@@ -366,9 +365,8 @@ class Model:
         if source is None or source not in sources:
             table = f"results/{study.name}/coupled/impedance.csv"
             hint = f"; results of coupled runs are in {table}" if study.is_coupled else ""
-            message = f"must be one of {', '.join(sources)}"
-            message = message if sources else "it has no damping over r, f and Γ"
-            raise StudyError(f"source = {source}: {message}{hint}")
+            allowed = f"must be one of {', '.join(sources)}" if sources else "has no damping here"
+            raise StudyError(f"source = {source}: {allowed}{hint}")
         surface = self._surface(source) if source in study.coupons else None
         return damper_model(study.dampers[source], surface, is_broadband=False)
 

@@ -17,7 +17,7 @@ USUAL_RATIO, LEAST_DAMPING = (0.001, 0.1), 1.0
 
 def tables_in_words(study: Study) -> Iterator[str]:
     """Yield tables of damping and limits that end within the frequencies of the response."""
-    from pidpanel.check import damping_tables
+    from pidpanel.check_tables import damping_tables
     from pidpanel.damping.table_files import read_columns
     from pidpanel.spectra.acceleration_table import read_base_table
 
