@@ -197,8 +197,8 @@ def _write_text(file: Path, values: Mapping[str, Any], element: float) -> None:
     file.write_text(_text({**values, "element": _rounded(element)}), encoding="utf-8")
 
 
-def _values(draft: Draft, file: Path) -> dict[str, Any]:
-    """Return the variables of the template."""
+def _refuse(draft: Draft) -> None:
+    """Refuse options that do not go together."""
     for kind in ("hold_downs", "holes", "points") if draft.structure is None else ():
         for x, y, *_ in getattr(draft, kind):
             if not (0 <= x <= draft.size[0] and 0 <= y <= draft.size[1]):
@@ -212,7 +212,10 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         raise StudyError("--uncertain: needs a panel, and damping of the atlas, a table or the law")
     if draft.wall_m is not None and draft.surroundings == "baffle":
         raise StudyError(f"--wall-m {draft.wall_m:g}: not allowed with --surroundings baffle")
-    spectrum = _relative_path(draft.spectrum, file)
+
+
+def _range(draft: Draft, file: Path, spectrum: str) -> tuple[float, float]:
+    """Return the lowest and the highest frequency of the response [Hz]."""
     try:
         table = found_file(Path(spectrum), file.parent, DATA / "spl")
         edges = read_spectrum(table).reach
@@ -228,6 +231,15 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
         if high <= low:
             last = draft.structure.highest
             raise StudyError(f"--modes {draft.modes}: end too low, for a response to {last:.4g} Hz")
+    return low, high
+
+
+def _values(draft: Draft, file: Path) -> dict[str, Any]:
+    """Return the variables of the template."""
+    _refuse(draft)
+    spectrum = _relative_path(draft.spectrum, file)
+    low, high = _range(draft, file, spectrum)
+    if draft.structure is not None:
         draft.section, draft.thickness_mm = "structure", DEPTH_MM
         if draft.structure.is_closed:
             draft.surroundings = "baffle"

@@ -147,35 +147,43 @@ def estimate(
     own_force = simulated_psd(
         panel, frequency, centre, impedances, [fit.force_sums for fit in fits], lines
     )
-    linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
-    predicted = variants.band_squares(own_force, edge) + np.concatenate(linear)
     recorded = np.concatenate([run.squares(run.recorded, edge) for run in runs])
-    band_residual, band_excess = _residual(recorded, predicted)
-    residual, excess = _residual(recorded.sum(axis=1), predicted.sum(axis=1))
+    linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
+    by_band, total = _residuals(recorded, variants.band_squares(own_force, edge), linear)
     band_variance = variance(lambda change: variants.band_change(change, edge))
     kurtosis, kurtosis_error = excess_kurtosis(records)
     return ScenarioEstimate(
         centre=centre,
         patches=[
-            _patch_estimate(fit, z, force, common)
-            for fit, z, force, common in zip(
-                fits, carried, forces, np.hypot(*unsure).tolist(), strict=True
-            )
+            _patch_estimate(*parts)
+            for parts in zip(fits, carried, forces, np.hypot(*unsure).tolist(), strict=True)
         ],
         frequency=frequency,
         psd=variants.psd[:, variants.points],
         linear_psd=variants.linear_psd[:, variants.points],
         log_psd_error=np.sqrt(variance(lambda change: change[:, variants.points])),
-        log_band_error=np.hypot(np.sqrt(band_variance), band_excess),
-        band_residual=band_residual,
-        log_error=np.hypot(np.sqrt(variance(variants.total_change)), excess),
-        residual=residual,
-        split_error=excess,
+        log_band_error=np.hypot(np.sqrt(band_variance), by_band[1]),
+        band_residual=by_band[0],
+        log_error=np.hypot(np.sqrt(variance(variants.total_change)), total[1]),
+        residual=total[0],
+        split_error=total[1],
         contact_error=np.hypot(2 * bias, variants.total_change(changes[1])),
         recorded=recorded.sum(axis=1).mean(axis=0),
         kurtosis=kurtosis,
         kurtosis_error=kurtosis_error,
     )
+
+
+def _residuals(
+    recorded: Array, own_force: Array, linear: Sequence[Array]
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return `_residual` by band, and that of all bands together.
+
+    ``recorded`` and each of ``linear`` are mean squares (segments, bands, p); ``own_force`` is that
+    of the simulated cells.
+    """
+    predicted = own_force + np.concatenate(linear)
+    return _residual(recorded, predicted), _residual(recorded.sum(axis=1), predicted.sum(axis=1))
 
 
 # --------------------------------------------------------------------- Z and own force
