@@ -26,7 +26,7 @@ INTERVAL = (0.05, 0.95)
 class Observable(NamedTuple):
     """A measurement that could be made."""
 
-    values: Array  # (n_runs, n) what it would show
+    values: Array  # (n_runs, n) what it would show; of the first runs only, perhaps
     error: Array  # (n,) standard deviations of independent errors
     common: float = 0.0  # standard deviation of an error common to all, and to others of its kind
     kind: str = ""
@@ -47,8 +47,10 @@ def joined(
     design = np.hstack([np.ones((len(scores), 1)), scores])
     gains, errors, kinds, common = [], [], [], []
     for part in measurements:
-        solution = np.linalg.lstsq(design, part.values, rcond=None)[0]
-        left = np.mean((part.values - design @ solution) ** 2, axis=0)
+        known = design[: len(part.values)]
+        solution, _, rank, _ = np.linalg.lstsq(known, part.values, rcond=None)
+        square = np.sum((part.values - known @ solution) ** 2, axis=0)
+        left = square / max(len(known) - rank, 1)
         B, variance = solution[1:].T.copy(), part.error**2 + left
         for columns in damping:
             variance += (1 - part.common_damping**2) * np.sum(B[:, columns] ** 2, axis=1)
