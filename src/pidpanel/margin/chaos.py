@@ -13,7 +13,7 @@ from itertools import combinations
 from math import factorial
 
 import numpy as np
-from numpy.polynomial.hermite_e import hermeval
+from numpy.polynomial.hermite_e import hermevander
 from scipy.stats import norm, qmc
 
 from pidpanel.arrays import Array, Index
@@ -64,16 +64,13 @@ class Chaos:
 def polynomials(degrees: Index, scores: Array) -> Array:
     """Return orthonormal Hermite polynomials (n, n_terms) of scores (n, n_scores)."""
     highest = int(degrees.max(initial=0))
-    of_one = np.stack(
-        [
-            hermeval(scores, np.eye(highest + 1)[k]) / np.sqrt(factorial(k))
-            for k in range(highest + 1)
-        ]
-    )
-    values = np.ones((len(scores), len(degrees)))
+    size = np.sqrt([factorial(k) for k in range(highest + 1)])
+    values = np.ones((len(degrees), len(scores)))
     for score in np.flatnonzero(degrees.any(axis=0)):
-        values *= of_one[degrees[:, score], :, score].T
-    return values
+        of_one = (hermevander(scores[:, score], highest) / size).T
+        terms = np.flatnonzero(degrees[:, score])
+        values[terms] *= of_one[degrees[terms, score]]
+    return np.ascontiguousarray(values.T)
 
 
 def candidates(scores: Array, answer: Array) -> Index:
