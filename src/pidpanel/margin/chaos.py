@@ -20,7 +20,7 @@ from pidpanel.arrays import Array, Index
 
 DEGREE = 4  # largest of one score
 PAIRED = 12  # scores of the largest effect whose products are candidates
-MOST_TERMS = 0.4  # terms over runs
+MOST_TERMS = 0.3  # terms over runs
 FOLDS = 5
 DRAWN = 2**12  # samples of the shares: within 0.01
 PATIENCE = 12  # further terms without a smaller error after which the selection ends
@@ -121,6 +121,8 @@ def _selection(scores: Array, answer: Array) -> Chaos:
     basis = np.empty((n, 0))  # orthonormal columns of the chosen terms
     residual, leverage = answer.astype(float), np.zeros(n)
     chosen: list[int] = []
+    order = degrees.sum(axis=1)
+    known = min(int(np.sum(order <= 1)), int(MOST_TERMS * n))  # the constant and linear terms
     best, best_count, term = np.inf, 0, 0
     while len(chosen) < min(MOST_TERMS * n, len(degrees)):
         column = matrix[:, term].copy()
@@ -137,7 +139,9 @@ def _selection(scores: Array, answer: Array) -> Chaos:
             k = basis.shape[1]
             left_out = residual / np.maximum(1 - leverage, 1e-9)
             error = float(np.sum(left_out**2)) / spread * (1 + 2 * k / n)
-            if error < best:
+            if len(chosen) < known:
+                pass
+            elif error < best:
                 best, best_count = error, len(chosen)
             elif len(chosen) - best_count > PATIENCE:
                 break
@@ -145,6 +149,8 @@ def _selection(scores: Array, answer: Array) -> Chaos:
             break
         match = np.abs(residual @ matrix) / size
         match[chosen] = -1.0
+        if len(chosen) < known:
+            match[order > 1] = -1.0
         term = int(np.argmax(match))
     selected = chosen[:best_count]
     coefficient = np.asarray(

@@ -23,7 +23,7 @@ from pidpanel.margin.assessment import (
 )
 from pidpanel.margin.chaos import fitted
 from pidpanel.margin.damping_table import LEAST
-from pidpanel.margin.next_test import test_rows
+from pidpanel.margin.next_test import remaining, test_rows
 from pidpanel.margin.observations import MODES_SEEN, measurements_of
 from pidpanel.margin.runs import (
     LINES_PER_BANDWIDTH,
@@ -297,9 +297,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     runs: list[dict[str, Array]] = []
     for count in [*(n for n in FEWER_RUNS if n < limit), limit]:
         runs = _found(spread, count, runs)
-        results = {
-            name: np.array([run[name] for run in runs if name in run]) for name in runs[0]
-        }
+        results = {name: np.array([run[name] for run in runs if name in run]) for name in runs[0]}
         samples = spread.samples[:count]
         cases = [
             PointAnswer(
@@ -330,6 +328,9 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     )
     width = float(np.ptp(np.quantile(main.drawn(size), (0.05, 0.95))))
     unmeasured = {"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": width}
+    without_test = remaining(main.chaos, np.eye(size))[1]
+    for row in tests:
+        row["interval_width_g"] *= width / without_test
     for name, rows in (("ranges", ranges), ("shares", shares)):
         write_csv(getattr(output, name), pd.DataFrame(rows))
     write_csv(

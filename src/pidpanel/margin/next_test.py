@@ -21,6 +21,9 @@ from pidpanel.margin.chaos import Chaos
 
 DRAWN = 2**14  # pairs of samples
 INTERVAL = (0.05, 0.95)
+# Standard errors of a coefficient of B below which it is 0: chance in many channels that count as
+# independent would tell of inputs that no channel shows.
+SIGNIFICANT = 3.0
 
 
 class Observable(NamedTuple):
@@ -52,6 +55,8 @@ def joined(
         square = np.sum((part.values - known @ solution) ** 2, axis=0)
         left = square / max(len(known) - rank, 1)
         B, variance = solution[1:].T.copy(), part.error**2 + left
+        inverse = np.linalg.pinv(known)[1:]
+        B[np.abs(B) < SIGNIFICANT * np.sqrt(np.outer(left, np.sum(inverse**2, axis=1)))] = 0.0
         for columns in damping:
             variance += (1 - part.common_damping**2) * np.sum(B[:, columns] ** 2, axis=1)
             B[:, columns] *= part.common_damping
