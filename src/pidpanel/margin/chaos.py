@@ -93,8 +93,8 @@ def candidates(scores: Array, answer: Array) -> Index:
 def fitted(scores: Array, answer: Array, is_log: bool = False) -> Chaos:
     """Return the chaos of an answer (n,), or of its logarithm, at scores (n, n_scores).
 
-    Q² is that of the answer itself. It is counted in folds, each with a selection of its own: the leave-one-out error of terms that
-    were selected with all runs is too small.
+    Q² is that of the answer itself. It is counted in folds, each with a selection of its own: the
+    leave-one-out error of terms that were selected with all runs is too small.
 
     Examples
     --------
@@ -139,11 +139,9 @@ def _selection(scores: Array, answer: Array) -> Chaos:
             k = basis.shape[1]
             left_out = residual / np.maximum(1 - leverage, 1e-9)
             error = float(np.sum(left_out**2)) / spread * (1 + 2 * k / n)
-            if len(chosen) < known:
-                pass
-            elif error < best:
+            if len(chosen) >= known and error < best:
                 best, best_count = error, len(chosen)
-            elif len(chosen) - best_count > PATIENCE:
+            elif len(chosen) > known and len(chosen) - best_count > PATIENCE:
                 break
         if best < 1e-14:
             break
