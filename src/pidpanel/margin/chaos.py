@@ -48,17 +48,17 @@ class Chaos:
         count = self.degrees.shape[1]
         uniform = qmc.Sobol(2 * count, rng=np.random.default_rng(0)).random(DRAWN)
         first, second = np.split(norm.ppf(np.clip(uniform, 1e-9, 1 - 1e-9)), 2, axis=1)
-        values, others = self(first), self(second)
-        variance = max(float(np.var(np.append(values, others))), 1e-300)
-        alone, total = np.zeros(len(groups)), np.zeros(len(groups))
+        values, second_values = self(first), self(second)
+        variance = max(float(np.var(np.append(values, second_values))), 1e-300)
+        first_order, total = np.zeros(len(groups)), np.zeros(len(groups))
         for number, part in enumerate(groups):
             if self.degrees[:, part].any():
                 mixed = first.copy()
                 mixed[:, part] = second[:, part]
                 exchanged = self(mixed)
-                alone[number] = 1 - np.mean((others - exchanged) ** 2) / (2 * variance)
+                first_order[number] = 1 - np.mean((second_values - exchanged) ** 2) / (2 * variance)
                 total[number] = np.mean((values - exchanged) ** 2) / (2 * variance)
-        return np.maximum(alone, 0.0), total
+        return np.maximum(first_order, 0.0), total
 
 
 def polynomials(degrees: Index, scores: Array) -> Array:
@@ -67,9 +67,9 @@ def polynomials(degrees: Index, scores: Array) -> Array:
     size = np.sqrt([factorial(k) for k in range(highest + 1)])
     values = np.ones((len(degrees), len(scores)))
     for score in np.flatnonzero(degrees.any(axis=0)):
-        of_one = (hermevander(scores[:, score], highest) / size).T
+        hermite = (hermevander(scores[:, score], highest) / size).T
         terms = np.flatnonzero(degrees[:, score])
-        values[terms] *= of_one[degrees[terms, score]]
+        values[terms] *= hermite[degrees[terms, score]]
     return np.ascontiguousarray(values.T)
 
 
@@ -122,7 +122,7 @@ def _selection(scores: Array, answer: Array) -> Chaos:
     residual, leverage = answer.astype(float), np.zeros(n)
     chosen: list[int] = []
     order = degrees.sum(axis=1)
-    known = min(int(np.sum(order <= 1)), int(MOST_TERMS * n))  # the constant and linear terms
+    base = min(int(np.sum(order <= 1)), int(MOST_TERMS * n))  # the constant and linear terms
     best, best_count, term = np.inf, 0, 0
     while len(chosen) < min(MOST_TERMS * n, len(degrees)):
         column = matrix[:, term].copy()
@@ -139,15 +139,15 @@ def _selection(scores: Array, answer: Array) -> Chaos:
             k = basis.shape[1]
             left_out = residual / np.maximum(1 - leverage, 1e-9)
             error = float(np.sum(left_out**2)) / spread * (1 + 2 * k / n)
-            if len(chosen) >= known and error < best:
+            if len(chosen) >= base and error < best:
                 best, best_count = error, len(chosen)
-            elif len(chosen) > known and len(chosen) - best_count > PATIENCE:
+            elif len(chosen) > base and len(chosen) - best_count > PATIENCE:
                 break
         if best < 1e-14:
             break
         match = np.abs(residual @ matrix) / size
         match[chosen] = -1.0
-        if len(chosen) < known:
+        if len(chosen) < base:
             match[order > 1] = -1.0
         term = int(np.argmax(match))
     selected = chosen[:best_count]

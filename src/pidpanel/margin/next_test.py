@@ -50,12 +50,12 @@ def joined(
     design = np.hstack([np.ones((len(scores), 1)), scores])
     gains, errors, kinds, common = [], [], [], []
     for part in measurements:
-        known = design[: len(part.values)]
-        solution, _, rank, _ = np.linalg.lstsq(known, part.values, rcond=None)
-        square = np.sum((part.values - known @ solution) ** 2, axis=0)
-        left = square / max(len(known) - rank, 1)
+        runs = design[: len(part.values)]
+        solution, _, rank, _ = np.linalg.lstsq(runs, part.values, rcond=None)
+        square = np.sum((part.values - runs @ solution) ** 2, axis=0)
+        left = square / max(len(runs) - rank, 1)
         B, variance = solution[1:].T.copy(), part.error**2 + left
-        inverse = np.linalg.pinv(known)[1:]
+        inverse = np.linalg.pinv(runs)[1:]
         B[np.abs(B) < SIGNIFICANT * np.sqrt(np.outer(left, np.sum(inverse**2, axis=1)))] = 0.0
         for columns in damping:
             variance += (1 - part.common_damping**2) * np.sum(B[:, columns] ** 2, axis=1)
