@@ -59,6 +59,13 @@ def study(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def foreign(study):
+    """The study with the modes of another solver in place of its panel."""
+    other = load_study(PRINTED.parents[2] / "studies" / "foreign_modes.yaml")
+    return study.model_copy(update={"panel": other.panel})
+
+
+@pytest.fixture(scope="session")
 def printed():
     return pd.read_csv(PRINTED, comment="#")
 

@@ -10,6 +10,7 @@ from pidpanel.report import answer, answer_section
 from pidpanel.report.answer import PointResponse
 from pidpanel.report.html import Picture
 from pidpanel.report.names import main_level
+from pidpanel.report.templates import fill
 from pidpanel.response.from_study import scenarios_of
 from pidpanel.response.trust import judged
 from pidpanel.sound.from_study import spectrum_of
@@ -41,6 +42,8 @@ def test_the_best_are_those_that_cannot_be_told_from_the_first(study, respond):
     found = answered(study, respond)
     assert [one.scenario.name for one in found.best] == ["A, r = 0.1", "A, r = 0.7"]
     assert [one.scenario.name for one in answered(study, respond, 0.01).best] == ["A, r = 0.1"]
+    worse = answered(study, respond, 0.01, reduction_db=-0.3)
+    assert "(+0.300 to +0.300 ± 0.010 dB)" in answer_section.headline(worse)
     # 3.0 and 2.8 dB: 0.2 dB apart, told apart from errors of 0.07 dB each on
     assert len(answered(study, respond, 0.0706).best) == 1
     assert len(answered(study, respond, 0.0708).best) == 2
@@ -145,6 +148,16 @@ def test_the_table_says_whether_a_number_is_to_be_trusted(study, respond, inputs
     assert between.rows[1][-1] == "yes; simulate for a smaller ±"
     # g rms ± error (3σ), and dB ± error
     assert good.rows[1][3].startswith("125.0 ± 2.9 (375)") and good.rows[1][-3] == "3.00 ± 0.20"
+
+
+@pytest.mark.parametrize("error", [math.nan, 0.5])
+def test_the_error_of_the_load_is_named_where_the_bare_panel_has_one(inputs, study, respond, error):
+    found = answered(study, respond)
+    bare = {name: one._replace(rms_error=error) for name, one in found.bare.responses.items()}
+    loaded = dataclasses.replace(found, bare=found.bare._replace(responses=bare))
+    fragment = answer_section.answer_fragment(inputs, loaded)
+    named = "on which sound loads the surface" in fill("answer.html", fragment.values)
+    assert named == (error > 0)
 
 
 def test_the_curves_of_the_answer_are_the_bare_panel_and_the_best(inputs, study, respond):

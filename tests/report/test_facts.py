@@ -23,3 +23,12 @@ def test_the_largest_error_of_the_basis_is_named(inputs):
     summary.loc[0, "basis_error"] = 0.0042
     rows = dict(facts.study_facts(dataclasses.replace(inputs, summary=summary)))
     assert rows["Basis"].startswith("misses at most 0.42 % of a PSD")
+
+
+def test_modes_of_a_file_have_no_known_error_of_the_mesh(inputs, foreign):
+    rows = dict(facts.study_facts(dataclasses.replace(inputs, study=foreign)))
+    assert rows["Mesh"].endswith(
+        "natural frequencies are those of the file, whose error is not known"
+    )
+    assert rows["Basis"].endswith("the change by the last modes or the static cases")
+    assert "which changes PSDs by at most" in dict(facts.study_facts(inputs))["Mesh"]

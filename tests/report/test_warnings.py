@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.report import warnings
 from pidpanel.report.answer import answer_of
 from pidpanel.report.inputs import CouponResults
@@ -82,6 +83,18 @@ def test_a_mesh_that_is_too_coarse_says_how_much_shorter_its_elements_must_be(sa
         # 16 and 81 times what is allowed, which falls with the fourth power
         factor = "2.0" if column == "mesh_error" else "3.0"
         assert mesh.endswith(f"Use element edges {factor} times shorter.")
+
+
+def test_elements_of_a_shell_are_shorter_in_proportion_before_what_is_always_true(
+    said, respond, monkeypatch
+):
+    monkeypatch.setattr(StudiedPanel, "cause_of_shift", lambda *_: "layers")
+    monkeypatch.setattr(Study, "massless_dampers", {"bed": "dampers.bed.apparent_mass"})
+    texts = said(respond({})[0].assign(mesh_error_rms=0.0151))
+    (mesh,) = (text for text in texts if "mesh is too coarse" in text)
+    assert mesh.endswith("they must be 3.1 times shorter (structure.shell.size_m).")
+    (massless,) = (text for text in texts if "no mass in the computation" in text)
+    assert texts.index(mesh) < texts.index(massless)
 
 
 def test_single_points_have_the_largest_shift_of_a_mode_of_the_range(inputs, respond):

@@ -41,6 +41,7 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     psd = psd_picture_of(inputs, answer)
     values = {
         "answer": answer,
+        "has_load_error": answer.bare.responses[answer.worst].rms_error > 0,
         "has_levels": len({scenario.oaspl_db for scenario in study.all_scenarios()}) > 1,
         "level": main_level(study),
         "remaining": len(answer.candidates) - len(listed) + 1,
@@ -174,11 +175,15 @@ def _change_text(responses: Sequence[PointResponse], decimals: int | None) -> st
     """Return changes in dB, negative for a reduction, with the largest of their errors."""
     if len(responses) == 1:
         response = responses[0]
-        return f"{value_text(-response.reduction, response.reduction_error, decimals)} dB"
+        return f"{_signed(-response.reduction, response.reduction_error, decimals)} dB"
     errors = [r.reduction_error for r in responses if r.reduction_error > 0]
     low, high = (-f(r.reduction for r in responses) for f in (min, max))
-    text = value_text(high, max(errors, default=math.nan), decimals)
-    return f"{value_text(low, math.nan, decimals)} to {text} dB"
+    text = _signed(high, max(errors, default=math.nan), decimals)
+    return f"{_signed(low, math.nan, decimals)} to {text} dB"
+
+
+def _signed(change: float, error: float, decimals: int | None) -> str:
+    return "+" * (change > 0) + value_text(change, error, decimals)
 
 
 def _mass(candidates: Sequence[Candidate]) -> str:

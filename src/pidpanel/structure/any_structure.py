@@ -208,8 +208,8 @@ class AnyStructure(ABC):
         return 0.0
 
     def cause_of_shift(self, _edge: float, _frequency: float) -> str:
-        """Return that elements are too long for the waves: no other cause is told apart."""
-        return "waves"
+        """Return that of shells; no other cause is told apart."""
+        return "layers"
 
     def point_refinement_error(self, _highest: float) -> float:
         """Return 0, likewise."""

@@ -139,6 +139,8 @@ class Panel(SectionModel):
     points: Annotated[Mapping[str, Annotated[Position | Node, Choice()]], Field(min_length=1)]
     """Points at which the response is computed, by name: (x, y) [m], or a node of a mesh file."""
 
+    modes: ClassVar[None] = None  # from a file, which a structure may have
+
     @property
     def modal_damping(self) -> DampingRatio:
         """ζ of the modes of the bare panel.
