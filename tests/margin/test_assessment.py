@@ -49,4 +49,4 @@ def test_shares_come_with_their_source_the_largest_first():
     parts = [slice(0, 1), slice(1, 2)]
     rows = list(share_rows(answer(20.0, 1.0), ["zeta", "level"], ["a", "b"], parts))
     assert [(row["input"], row["source"]) for row in rows] == [("zeta", "a"), ("level", "b")]
-    assert rows[0]["share"] == pytest.approx(1.0)
+    assert rows[0]["share"] == pytest.approx(1.0, abs=0.01)  # of 4096 samples

@@ -40,6 +40,25 @@ def test_of_a_curved_answer_nested_sampling_leaves_the_same():
     assert share == pytest.approx(np.mean(variances) / np.var(values), abs=0.02)
 
 
+def test_a_measurement_on_the_first_runs_only_shows_what_it_shows_on_all():
+    """Noise of the runs counts as error, whatever the number of runs that fit it."""
+    noise = 0.3 * RNG.standard_normal((256, 40))
+    whole = Observable(SCORES[:, :1] + noise, np.full(40, 0.1))
+    first = whole._replace(values=whole.values[:8])
+    errors = [np.mean(np.diag(joined(SCORES, [test])[1])) for test in (whole, first)]
+    assert errors == pytest.approx([0.1, 0.1], rel=0.2)  # 0.3² + 0.1²; 160 degrees of freedom
+
+
+def test_scatter_of_few_runs_tells_nothing_of_inputs_that_no_channel_shows():
+    """Forty channels of one score with scatter; without a limit of chance 0.3 would be left."""
+    rng = np.random.default_rng(12)
+    z = rng.standard_normal((96, 31))
+    shown = z[:, :1] + 0.1 * rng.standard_normal((96, 40))
+    C = posterior(*joined(z, [Observable(shown, np.full(40, 0.01))]))
+    assert np.diag(C)[1:].mean() > 0.97
+    assert C[0, 0] < 0.01
+
+
 def test_an_error_common_to_all_channels_does_not_average_out():
     channels = np.repeat(SCORES[:, :1], 50, axis=1)
     alone = Observable(channels, np.full(50, 0.5))

@@ -1,8 +1,8 @@
-"""Polynomial chaos: an answer as a sum of Hermite polynomials of standard normal scores.
+"""Polynomial chaos: an answer, or its logarithm, as a sum of Hermite polynomials of scores.
 
-The polynomials are orthonormal, so that squares of coefficients are shares of the variance (Sudret
-2008). Few of many candidates are selected one after another (orthogonal matching pursuit), as many
-as the leave-one-out error wants (Blatman and Sudret 2011).
+The scores are standard normal, the polynomials orthonormal. Few of many candidates are selected one
+after another (orthogonal matching pursuit), as many as the leave-one-out error wants (Blatman and
+Sudret 2011). Levels, masses and damping multiply g rms, so that its logarithm needs fewer terms.
 """
 
 from __future__ import annotations
@@ -13,57 +13,64 @@ from itertools import combinations
 from math import factorial
 
 import numpy as np
-from numpy.polynomial.hermite_e import hermeval
+from numpy.polynomial.hermite_e import hermevander
+from scipy.stats import norm, qmc
 
 from pidpanel.arrays import Array, Index
 
 DEGREE = 4  # largest of one score
 PAIRED = 12  # scores of the largest effect whose products are candidates
-MOST_TERMS = 0.4  # terms over runs
+MOST_TERMS = 0.3  # terms over runs
 FOLDS = 5
+DRAWN = 2**12  # samples of the shares: within 0.01
 PATIENCE = 12  # further terms without a smaller error after which the selection ends
 
 
 @dataclass(frozen=True)
 class Chaos:
-    """A polynomial of standard normal scores."""
+    """A polynomial of standard normal scores, or e to it."""
 
     degrees: Index  # (n_terms, n_scores); the first term is the constant
     coefficient: Array  # (n_terms,)
     q2: float  # share of the variance explained in runs left out
+    is_log: bool = False  # the polynomial is that of the logarithm
 
     def __call__(self, scores: Array) -> Array:
         """Return the answer (n,) at scores (n, n_scores)."""
-        return polynomials(self.degrees, scores) @ self.coefficient
-
-    @property
-    def variance(self) -> float:
-        """Variance of the answer."""
-        return float(np.sum(self.coefficient[1:] ** 2))
+        value = polynomials(self.degrees, scores) @ self.coefficient
+        return np.exp(value) if self.is_log else np.asarray(value)
 
     def shares(self, groups: Sequence[slice]) -> tuple[Array, Array]:
-        """Return first-order and total shares of the variance of groups of scores, (n_groups,)."""
-        power = self.coefficient**2
-        active = np.array([self.degrees[:, part].any(axis=1) for part in groups]).T
-        total = power @ active
-        alone = active & (active.sum(axis=1, keepdims=True) == 1)
-        variance = max(self.variance, 1e-300)
-        return power @ alone / variance, total / variance
+        """Return first-order and total shares of the variance of groups of scores, (n_groups,).
+
+        Two sets of samples of which one group is exchanged, with the estimators of Jansen (1999).
+        """
+        count = self.degrees.shape[1]
+        uniform = qmc.Sobol(2 * count, rng=np.random.default_rng(0)).random(DRAWN)
+        first, second = np.split(norm.ppf(np.clip(uniform, 1e-9, 1 - 1e-9)), 2, axis=1)
+        values, second_values = self(first), self(second)
+        variance = max(float(np.var(np.append(values, second_values))), 1e-300)
+        first_order, total = np.zeros(len(groups)), np.zeros(len(groups))
+        for number, part in enumerate(groups):
+            if self.degrees[:, part].any():
+                mixed = first.copy()
+                mixed[:, part] = second[:, part]
+                exchanged = self(mixed)
+                first_order[number] = 1 - np.mean((second_values - exchanged) ** 2) / (2 * variance)
+                total[number] = np.mean((values - exchanged) ** 2) / (2 * variance)
+        return np.maximum(first_order, 0.0), total
 
 
 def polynomials(degrees: Index, scores: Array) -> Array:
     """Return orthonormal Hermite polynomials (n, n_terms) of scores (n, n_scores)."""
     highest = int(degrees.max(initial=0))
-    of_one = np.stack(
-        [
-            hermeval(scores, np.eye(highest + 1)[k]) / np.sqrt(factorial(k))
-            for k in range(highest + 1)
-        ]
-    )
-    values = np.ones((len(scores), len(degrees)))
+    size = np.sqrt([factorial(k) for k in range(highest + 1)])
+    values = np.ones((len(degrees), len(scores)))
     for score in np.flatnonzero(degrees.any(axis=0)):
-        values *= of_one[degrees[:, score], :, score].T
-    return values
+        hermite = (hermevander(scores[:, score], highest) / size).T
+        terms = np.flatnonzero(degrees[:, score])
+        values[terms] *= hermite[degrees[terms, score]]
+    return np.ascontiguousarray(values.T)
 
 
 def candidates(scores: Array, answer: Array) -> Index:
@@ -83,26 +90,27 @@ def candidates(scores: Array, answer: Array) -> Index:
     return np.vstack(terms)
 
 
-def fitted(scores: Array, answer: Array) -> Chaos:
-    """Return the chaos of an answer (n,) at scores (n, n_scores).
+def fitted(scores: Array, answer: Array, is_log: bool = False) -> Chaos:
+    """Return the chaos of an answer (n,), or of its logarithm, at scores (n, n_scores).
 
-    Q² is counted in folds, each with a selection of its own: the leave-one-out error of terms that
-    were selected with all runs is too small.
+    Q² is that of the answer itself. It is counted in folds, each with a selection of its own: the
+    leave-one-out error of terms that were selected with all runs is too small.
 
     Examples
     --------
     >>> z = np.random.default_rng(0).standard_normal((64, 3))
     >>> chaos = fitted(z, 5 + 2 * z[:, 0] + z[:, 1] * z[:, 0])
-    >>> chaos.shares([slice(0, 1), slice(1, 2), slice(2, 3)])[1].round(6).tolist()
+    >>> chaos.shares([slice(0, 1), slice(1, 2), slice(2, 3)])[1].round(1).tolist()
     [1.0, 0.2, 0.0]
     """
+    target = np.log(answer) if is_log else answer
     error, fold = 0.0, np.arange(len(answer)) % FOLDS
     for number in range(FOLDS):
         unseen = fold == number
-        part = _selection(scores[~unseen], answer[~unseen])
+        part = replace(_selection(scores[~unseen], target[~unseen]), is_log=is_log)
         error += float(np.sum((part(scores[unseen]) - answer[unseen]) ** 2))
     spread = max(float(np.sum((answer - answer.mean()) ** 2)), 1e-300)
-    return replace(_selection(scores, answer), q2=1 - error / spread)
+    return replace(_selection(scores, target), q2=1 - error / spread, is_log=is_log)
 
 
 def _selection(scores: Array, answer: Array) -> Chaos:
@@ -113,6 +121,8 @@ def _selection(scores: Array, answer: Array) -> Chaos:
     basis = np.empty((n, 0))  # orthonormal columns of the chosen terms
     residual, leverage = answer.astype(float), np.zeros(n)
     chosen: list[int] = []
+    order = degrees.sum(axis=1)
+    base = min(int(np.sum(order <= 1)), int(MOST_TERMS * n))  # the constant and linear terms
     best, best_count, term = np.inf, 0, 0
     while len(chosen) < min(MOST_TERMS * n, len(degrees)):
         column = matrix[:, term].copy()
@@ -129,14 +139,16 @@ def _selection(scores: Array, answer: Array) -> Chaos:
             k = basis.shape[1]
             left_out = residual / np.maximum(1 - leverage, 1e-9)
             error = float(np.sum(left_out**2)) / spread * (1 + 2 * k / n)
-            if error < best:
+            if len(chosen) >= base and error < best:
                 best, best_count = error, len(chosen)
-            elif len(chosen) - best_count > PATIENCE:
+            elif len(chosen) > base and len(chosen) - best_count > PATIENCE:
                 break
         if best < 1e-14:
             break
         match = np.abs(residual @ matrix) / size
         match[chosen] = -1.0
+        if len(chosen) < base:
+            match[order > 1] = -1.0
         term = int(np.argmax(match))
     selected = chosen[:best_count]
     coefficient = np.asarray(

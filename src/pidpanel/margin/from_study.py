@@ -23,7 +23,7 @@ from pidpanel.margin.assessment import (
 )
 from pidpanel.margin.chaos import fitted
 from pidpanel.margin.damping_table import LEAST
-from pidpanel.margin.next_test import test_rows
+from pidpanel.margin.next_test import remaining, test_rows
 from pidpanel.margin.observations import MODES_SEEN, measurements_of
 from pidpanel.margin.runs import (
     LINES_PER_BANDWIDTH,
@@ -56,6 +56,7 @@ from pidpanel.study.uncertain import SPECTRUM, correlation_matrix, judged_scenar
 ENDS = 2.0  # scores of the panels whose shapes the family has besides the nominal ones
 FEWER_RUNS = (128,)  # after which the surrogate may be good enough
 COUPON_TONES = 4
+TESTED = 96  # runs that are also made at the level of a test
 
 
 @dataclass(frozen=True)
@@ -237,6 +238,8 @@ class SpreadStudy:
         row = self.samples[number] if number >= 0 else np.zeros(self.uncertain.size)
         inputs = self.inputs(self._first + number if number >= 0 else 0, self.uncertain.levels(row))
         layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
+        if number >= TESTED:
+            layouts = layouts[: len(self.dampers.scenarios)]
         edges = self.uncertain.band_edges
         results = answers(inputs, self.medium, layouts, edges, self.dampers.near)
         return results, inputs, layouts
@@ -257,16 +260,19 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
             for damping, gamma in zip(layout.dampers, near, strict=True)
         ]
         factor = np.sqrt([layout.factor for layout in layouts[:scenarios]])
-        return {
+        shown = {
             "bare": factor[:, None] * answer.rms[0],
             "damped": answer.rms[1 : scenarios + 1],
             "bare_bands": answer.band_rms[0],
-            "damped_bands": answer.band_rms[scenarios + 1 :].reshape(-1, answer.band_rms.shape[2]),
             "frequency": natural[elastic],
             "ratio": ratio[elastic],
             "level": study.uncertain.levels(study.samples[number]),
             "coupon": np.concatenate([*read, np.zeros(0)]),
         }
+        if len(layouts) > scenarios:
+            bands = answer.band_rms[scenarios + 1 :]
+            shown["damped_bands"] = bands.reshape(-1, bands.shape[2])
+        return shown
 
     return done + list(map_in_forks(run, range(len(done), count)))
 
@@ -291,7 +297,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     runs: list[dict[str, Array]] = []
     for count in [*(n for n in FEWER_RUNS if n < limit), limit]:
         runs = _found(spread, count, runs)
-        results = {name: np.array([run[name] for run in runs]) for name in runs[0]}
+        results = {name: np.array([run[name] for run in runs if name in run]) for name in runs[0]}
         samples = spread.samples[:count]
         cases = [
             PointAnswer(
@@ -299,7 +305,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
                 float(nominal.rms[0, p] * np.sqrt(layouts[s].factor) if panel == "bare"
                       else nominal.rms[1 + s, p]),
                 results[panel][:, s, p], limits.get(point, np.nan),
-                fitted(samples, results[panel][:, s, p]),
+                fitted(samples, results[panel][:, s, p], is_log=True),
             )
             for s, label in enumerate(labels)
             for p, point in enumerate(points)
@@ -322,6 +328,9 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     )
     width = float(np.ptp(np.quantile(main.drawn(size), (0.05, 0.95))))
     unmeasured = {"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": width}
+    without_test = remaining(main.chaos, np.eye(size))[1]
+    for row in tests:
+        row["interval_width_g"] *= width / without_test
     for name, rows in (("ranges", ranges), ("shares", shares)):
         write_csv(getattr(output, name), pd.DataFrame(rows))
     write_csv(

@@ -21,12 +21,15 @@ from pidpanel.margin.chaos import Chaos
 
 DRAWN = 2**14  # pairs of samples
 INTERVAL = (0.05, 0.95)
+# Standard errors of a coefficient of B below which it is 0: chance in many channels that count as
+# independent would tell of inputs that no channel shows.
+SIGNIFICANT = 3.0
 
 
 class Observable(NamedTuple):
     """A measurement that could be made."""
 
-    values: Array  # (n_runs, n) what it would show
+    values: Array  # (n_runs, n) what it would show; of the first runs only, perhaps
     error: Array  # (n,) standard deviations of independent errors
     common: float = 0.0  # standard deviation of an error common to all, and to others of its kind
     kind: str = ""
@@ -47,9 +50,13 @@ def joined(
     design = np.hstack([np.ones((len(scores), 1)), scores])
     gains, errors, kinds, common = [], [], [], []
     for part in measurements:
-        solution = np.linalg.lstsq(design, part.values, rcond=None)[0]
-        left = np.mean((part.values - design @ solution) ** 2, axis=0)
+        runs = design[: len(part.values)]
+        solution, _, rank, _ = np.linalg.lstsq(runs, part.values, rcond=None)
+        square = np.sum((part.values - runs @ solution) ** 2, axis=0)
+        left = square / max(len(runs) - rank, 1)
         B, variance = solution[1:].T.copy(), part.error**2 + left
+        inverse = np.linalg.pinv(runs)[1:]
+        B[np.abs(B) < SIGNIFICANT * np.sqrt(np.outer(left, np.sum(inverse**2, axis=1)))] = 0.0
         for columns in damping:
             variance += (1 - part.common_damping**2) * np.sum(B[:, columns] ** 2, axis=1)
             B[:, columns] *= part.common_damping

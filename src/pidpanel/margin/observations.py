@@ -41,7 +41,8 @@ def measurements_of(
         spread["microphones"] = Observable(level, independent, common, "microphones")
     for name in ("bare", "damped"):
         # of the sound that the test had
-        thirds = results[f"{name}_bands"] ** 2 / 10 ** (results["level"] / 10)[:, None]
+        thirds = results[f"{name}_bands"] ** 2
+        thirds = thirds / 10 ** (results["level"][: len(thirds)] / 10)[:, None]
         power = _octaves(thirds, edges).reshape(len(thirds), -1)
         values = 10 * np.log10(np.maximum(power, 1e-30))
         independent = np.full(values.shape[1], decibels)

@@ -36,12 +36,21 @@ def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str,
         "tests": records(single),
         "pairs": records(pairs.head(5)),
         "ranges": [{**row, "name": names.get(row["scenario"], row["scenario"])}
-                   for row in records(ranges.drop_duplicates(["panel", "point", "p50_g"]))],
+                   for row in records(_by_point(ranges))],
         "factor": results.factor_of_safety,
         "has_limit": bool(ranges["limit_g"].notna().any()),
         "is_stated": results.level == "p95_50",
         "worst_q2": float(ranges["q2"].min()),
     }  # fmt: skip
+
+
+def _by_point(ranges: pd.DataFrame) -> pd.DataFrame:
+    """Return each range once, point by point, the bare panel first."""
+    once = ranges.drop_duplicates(["panel", "point", "p50_g"])
+    order = {name: number for number, name in enumerate(dict.fromkeys(once["point"]))}
+    return once.assign(order=once["point"].map(order)).sort_values(
+        ["order", "panel"], kind="stable"
+    )
 
 
 def margin_headline(results: SpreadResults, names: Mapping[str, str]) -> str:
