@@ -183,7 +183,7 @@ def test_coupled_runs_ask_for_a_run_and_have_no_damping_of_any_motion(tmp_path):
     with pytest.raises(pidpanel.ResultsError, match=r"missing; .* call run\(\) first"):
         model.response()
     with pytest.raises(
-        pidpanel.StudyError, match=r"it has no damping .* are in results/layouts/coupled"
+        pidpanel.StudyError, match=r"has no damping .* are in results/layouts/coupled"
     ):
         model.damping("acrylic")
 

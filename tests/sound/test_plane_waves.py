@@ -103,7 +103,10 @@ def test_levels_of_sources_share_the_spectrum(tmp_path):
     [
         ("field: {sources: []}", "sound.field.sources"),
         ("field: {sources: [{incidence_deg: 120}]}", "must be at most 90 in a baffle"),
-        ("surroundings: free, field: {sources: [{incidence_deg: 90}]}", "must not be 90"),
+        (
+            "surroundings: free, field: {sources: [{incidence_deg: 90}]}",
+            "must be below 90 with free edges",
+        ),
         ("field: {sources: [{incidence_deg: 9}]}, incidence_deg: 9", "not allowed otherwise"),
         ("field: {sources: [{incidence_deg: 9}], coherent: true}", "coherent"),
         ("field: speakers", "must be 'diffuse'"),

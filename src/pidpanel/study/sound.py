@@ -188,7 +188,8 @@ class Sound(SectionModel):
             yield from self._mistakes_of_free()
         for keys, angle in self._angles():
             if self.is_free and angle == 90:
-                message = "must not be 90 with free edges: a wave along the panel does not load it"
+                message = "must be below 90 with free edges, where a wave along the panel does not "
+                message += "load it; of sources, or above"
                 yield Mistake(keys, message)
             elif not self.is_free and angle > 90:
                 yield Mistake(keys, "must be at most 90 in a baffle, which hides what is behind")
