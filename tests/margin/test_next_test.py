@@ -84,3 +84,12 @@ def test_the_most_useful_measurement_comes_first_and_two_leave_no_more_than_one(
     rows = rows_of(chaos, SCORES, tests, [])
     assert [row["measurement"] for row in rows] == ["strong", "weak", "weak and strong"]
     assert rows[2]["share_left"] < rows[0]["share_left"]
+
+
+def test_an_acoustic_test_tells_nothing_of_the_spectrum_of_the_launch():
+    shown = SCORES[:, :1] + SCORES[:, 1:2]
+    test = Observable(shown, np.array([1e-3]), unseen=[slice(0, 1)])
+    C = posterior(*joined(SCORES, [test]))
+    assert C[0, 0] == pytest.approx(1)
+    assert C[1, 1] < 1e-3
+    assert posterior(*joined(SCORES, [test._replace(unseen=())]))[0, 0] < 0.6

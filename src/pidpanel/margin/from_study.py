@@ -323,7 +323,12 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     tests = test_rows(
         main.chaos,
         samples,
-        measurements_of(results, study.margin.test_errors, spread.uncertain.band_edges),
+        measurements_of(
+            results,
+            study.margin.test_errors,
+            spread.uncertain.band_edges,
+            [part for group, part in zip(groups, parts, strict=True) if group.name == SPECTRUM],
+        ),
         errors,
     )
     width = float(np.ptp(np.quantile(main.drawn(size), (0.05, 0.95))))

@@ -35,6 +35,8 @@ class Observable(NamedTuple):
     kind: str = ""
     # Correlation of errors of the damping at its level and at that of the answer
     common_damping: float = 1.0
+    # Scores of which it tells nothing: those of the launch spectrum, for a test with its own sound
+    unseen: Sequence[slice] = ()
 
 
 def joined(
@@ -57,6 +59,8 @@ def joined(
         B, variance = solution[1:].T.copy(), part.error**2 + left
         inverse = np.linalg.pinv(runs)[1:]
         B[np.abs(B) < SIGNIFICANT * np.sqrt(np.outer(left, np.sum(inverse**2, axis=1)))] = 0.0
+        for columns in part.unseen:
+            B[:, columns] = 0.0
         for columns in damping:
             variance += (1 - part.common_damping**2) * np.sum(B[:, columns] ** 2, axis=1)
             B[:, columns] *= part.common_damping
@@ -98,7 +102,7 @@ def remaining(chaos: Chaos, covariance: Array) -> tuple[float, float]:
     variance = (np.var(first) + np.var(second)) / 2
     left = np.mean((first - second) ** 2) / 2
     width = np.ptp(np.quantile(first - second, INTERVAL)) / np.sqrt(2)
-    return float(left) / max(float(variance), 1e-300), float(width)
+    return min(float(left) / max(float(variance), 1e-300), 1.0), float(width)
 
 
 def test_rows(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,11 +15,12 @@ MODES_SEEN, FEW_MODES = 6, 3  # of a modal survey, of an impact test
 
 
 def measurements_of(
-    results: Mapping[str, Array], errors: Any, edges: Array
+    results: Mapping[str, Array], errors: Any, edges: Array, spectrum: Sequence[slice] = ()
 ) -> dict[str, Observable]:
     """Return the measurements that could be made, with what the runs show of independent.
 
-    ``results`` has what the runs show, ``edges`` (n_bands, 2) the bands of levels [Hz].
+    ``results`` has what the runs show, ``edges`` (n_bands, 2) the bands of levels [Hz], and
+    ``spectrum`` the scores of the launch spectrum.
     """
     modal, relative = np.log(results["frequency"]), errors.frequency
     count = modal.shape[1]
@@ -53,6 +54,7 @@ def measurements_of(
             common,
             "acoustic",
             errors.common_damping if name == "damped" else 1.0,
+            spectrum,
         )
     coupon = results["coupon"]
     if np.ptp(coupon, axis=0).any():
