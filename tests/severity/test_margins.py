@@ -9,26 +9,11 @@ import pytest
 from pidpanel.severity.margins import ROW, band_rows, rms_rows, with_margins
 from pidpanel.severity.tables import Kurtosis, PointMotion
 from pidpanel.spectra.break_points import BreakPoints
-
-WHERE = {"scenario": "A"}
-FREQUENCY = np.linspace(20.0, 500.0, 961)
-ERROR = 0.2  # of rms values, relative
+from tests.severity.motions import ERROR, WHERE, motion
 
 
 def table(rows):
     return with_margins(pd.DataFrame(list(rows), columns=list(ROW)))
-
-
-def motion(psd, *, points=("P",), error=ERROR):
-    values = np.outer(np.full(FREQUENCY.size, psd), np.ones(len(points)))
-    return PointMotion(
-        WHERE,
-        list(points),
-        FREQUENCY,
-        values,
-        np.full(len(points), error),
-        Kurtosis.gaussian(len(points)),
-    )
 
 
 def limit(psd, low=20.0, high=500.0):

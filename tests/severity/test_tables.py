@@ -15,33 +15,17 @@ from pidpanel.severity.tables import (
     CORE,
     STRESSES,
     Kurtosis,
-    PointMotion,
     fatigue_rows,
     index_maps,
     peak_rows,
     strength_rows,
 )
 from pidpanel.solve.stress import CORE_STRESSES
-
-WHERE = {"scenario": "A"}
-FREQUENCY = np.linspace(20.0, 500.0, 961)
-ERROR = 0.2  # of rms values, relative
+from tests.severity.motions import ERROR, FREQUENCY, WHERE, motion
 
 
 def table(name, rows):
     return pd.DataFrame(list(rows), columns=list(COLUMNS[name]))
-
-
-def motion(psd, *, points=("P",), error=ERROR):
-    values = np.outer(np.full(FREQUENCY.size, psd), np.ones(len(points)))
-    return PointMotion(
-        WHERE,
-        list(points),
-        FREQUENCY,
-        values,
-        np.full(len(points), error),
-        Kurtosis.gaussian(len(points)),
-    )
 
 
 def stress_of(level, layers=("top", "bottom")):

@@ -31,11 +31,6 @@ MODES = [(1, 1), (2, 1), (3, 2)]
 
 
 @pytest.fixture(scope="module")
-def face():
-    return condensed(sine_panel(MODES), 40.0)
-
-
-@pytest.fixture(scope="module")
 def panel():
     return FreePanel.of_jumps(RectangleJumps.of_box([0, 0], SIDES, 14.0), 12.0)
 

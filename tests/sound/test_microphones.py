@@ -6,11 +6,10 @@ import pytest
 import pyuff
 
 from pidpanel.columns import ColumnsError
-from pidpanel.geometry.plane_waves import condensed
 from pidpanel.panel.files import read_basis
 from pidpanel.sound.field import diffuse_modal_force, plane_wave_modal_force
 from pidpanel.sound.field_files import MODAL_FORCE, read_table, write_tables
-from pidpanel.sound.free_edges import FreePanel, plane_wave_force, tabulate_diffuse_room
+from pidpanel.sound.free_edges import plane_wave_force, tabulate_diffuse_room
 from pidpanel.sound.from_study import excitation_of, modal_force_at, plane_waves
 from pidpanel.sound.microphone_files import read_cross_spectra
 from pidpanel.sound.microphones import (
@@ -20,24 +19,13 @@ from pidpanel.sound.microphones import (
     tabulate_on_wall,
 )
 from pidpanel.sound.plane_waves import PlaneWaves
-from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.study import load_study
 from tests.jobs import make_panel, make_sound
-from tests.sound.panels import SIDES, sine_panel
+from tests.sound.panels import SIDES
 from tests.sound.test_from_study import BANDS, STUDY
 
 K = 3.7
 NOISE = 1e-4
-
-
-@pytest.fixture(scope="module")
-def face():
-    return condensed(sine_panel([(1, 1), (2, 1), (3, 2)]), 40.0)
-
-
-@pytest.fixture(scope="module")
-def panel():
-    return FreePanel.of_jumps(RectangleJumps.of_box([0, 0], SIDES, 14.0), 8.0)
 
 
 def grid(z):

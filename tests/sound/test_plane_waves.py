@@ -3,31 +3,18 @@
 import numpy as np
 import pytest
 
-from pidpanel.geometry.plane_waves import condensed
 from pidpanel.sound.field import plane_wave_modal_force
 from pidpanel.sound.free_edges import (
-    FreePanel,
     plane_wave_force,
     tabulate_free_plane_waves,
 )
 from pidpanel.sound.from_study import plane_waves
 from pidpanel.sound.plane_waves import PlaneWaves
-from pidpanel.sound.rectangle import RectangleJumps
 from pidpanel.study import Study, StudyError, load_study
-from tests.sound.panels import SIDES, sine_panel
+from tests.sound.panels import SIDES
 from tests.sound.test_from_study import BANDS, STUDY
 
 K = 3.7
-
-
-@pytest.fixture(scope="module")
-def face():
-    return condensed(sine_panel([(1, 1), (2, 1), (3, 2)]), 40.0)
-
-
-@pytest.fixture(scope="module")
-def panel():
-    return FreePanel.of_jumps(RectangleJumps.of_box([0, 0], SIDES, 14.0), 8.0)
 
 
 def evenly(count, **keys):

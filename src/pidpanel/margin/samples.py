@@ -16,7 +16,7 @@ KEPT = 0.98  # share of the variance of a field that its leading directions keep
 
 
 class Group(NamedTuple):
-    """RunInputs that vary together, as a number of independent standard normal scores."""
+    """Inputs that vary together, as a number of independent standard normal scores."""
 
     name: str
     source: str

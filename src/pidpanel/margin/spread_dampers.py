@@ -38,7 +38,7 @@ class SpreadDampers:
     Parameters
     ----------
     nominal
-        RunInputs of the nominal run.
+        Inputs of the nominal run.
     """
 
     def __init__(

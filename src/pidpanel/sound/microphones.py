@@ -48,6 +48,9 @@ class Microphones:
         offset[..., 2] = self.position[:, None, 2] + self.position[:, 2]
         return (coherence + _sinc(wavenumber, np.linalg.norm(offset, axis=2))) / 2
 
+    def _prior(self, wavenumber: Array) -> Array:
+        return self.expected(wavenumber) + self.noise * np.eye(len(self.position))
+
     def measured(self, wavenumber: Array) -> Complexes:
         """Return Γ (nf, M, M), linear between the lines."""
         upper = np.clip(np.searchsorted(self.wavenumber, wavenumber), 1, self.wavenumber.size - 1)
@@ -59,7 +62,7 @@ class Microphones:
         self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
     ) -> Complexes:
         """Return G (nf, n, n) of G_d (nf, n, n) and X (nf, n, M)."""
-        prior = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
+        prior = self._prior(wavenumber)
         weights = np.linalg.solve(prior, coupling.conj().swapaxes(1, 2)).conj().swapaxes(1, 2)
         change = self.measured(wavenumber) - prior
         return np.asarray(diffuse + weights @ change @ weights.conj().swapaxes(1, 2))
@@ -68,8 +71,7 @@ class Microphones:
         self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
     ) -> Array:
         """Return the share (nf, n) of the diffuse force on each shape that follows from them."""
-        prior = self.expected(wavenumber) + self.noise * np.eye(len(self.position))
-        weights = np.linalg.solve(prior, coupling.conj().swapaxes(1, 2))
+        weights = np.linalg.solve(self._prior(wavenumber), coupling.conj().swapaxes(1, 2))
         share = np.einsum("fnm,fmn->fn", coupling, weights).real
         return np.asarray(share / np.diagonal(diffuse, axis1=1, axis2=2).real)
 

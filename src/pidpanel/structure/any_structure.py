@@ -208,7 +208,7 @@ class AnyStructure(ABC):
         return 0.0
 
     def cause_of_shift(self, _edge: float, _frequency: float) -> str:
-        """Return that of shells; no other cause is told apart."""
+        """Return the layers at edges and folds; for structures no other cause is named."""
         return "layers"
 
     def point_refinement_error(self, _highest: float) -> float:
