@@ -153,7 +153,6 @@ def check_panel(study: Study) -> Iterator[Mistake]:
 
 def _check_curved(section: Structure, sound: Sound) -> Iterator[Mistake]:
     """Yield what of the sound a curved surface does not go together with."""
-    from pidpanel.geometry.plane_mesh import boundary_edges
     from pidpanel.structure.from_study import structure_of
 
     structure = structure_of(section)
@@ -162,8 +161,8 @@ def _check_curved(section: Structure, sound: Sound) -> Iterator[Mistake]:
     if math.isfinite(sound.wall):
         message = "must be free or baffle; a wall is only allowed behind a flat structure"
         yield Mistake(("sound", "surroundings"), message)
-    elif sound.is_free and not boundary_edges(structure.surface.cells).size:
-        message = "must be baffle for a closed surface, which has no free edges"
+    elif sound.is_free and not structure.surface.has_free_edges:
+        message = "must be baffle for a surface that closes, or has three elements at an edge"
         yield Mistake(("sound", "surroundings"), message)
     if not sound.is_free and sound.field not in ("diffuse", "uniform"):
         message = "must be diffuse or uniform for a curved surface in a baffle"

@@ -175,6 +175,57 @@ def test_a_mesh_of_another_model_is_refused(plate, tmp_path):
         read(tmp_path, frd(plate), inp(plate).replace("S4R", "B32X"))
 
 
+def elements(kind, corners):
+    """Elements of a result by the format, of two materials."""
+    text = f"    3C{len(corners):30}{1:38}\n"
+    for k, nodes in enumerate(corners, 1):
+        text += f" -1{k:10}{kind:5}{0:5}{1 + k % 2:5}\n -2"
+        text += "".join(f"{node:10}" for node in nodes) + "\n"
+    return text + " -3\n"
+
+
+def with_elements(results, text):
+    return results.replace(" -3\n", " -3\n" + text, 1)
+
+
+def test_a_result_with_shells_is_its_own_mesh(plate, tmp_path):
+    path = tmp_path / "plate.frd"
+    path.write_text(with_elements(frd(plate), elements(9, plate.corners)))
+    model = read_modes(path, unit_m=1.0)
+    np.testing.assert_allclose(model.displacement, plate.displacement, atol=1e-5)
+    np.testing.assert_allclose(model.areal_mass, 3.0, rtol=1e-4)
+    assert {name: len(cells) for name, cells in model.groups.items()} == {"1": 48, "2": 48}
+
+
+def expanded(plate, layers=1):
+    """Solids of a plate, 0.1 m thick, with a stretch in thickness besides its modes."""
+    levels = np.arange(layers + 1)
+    shift = plate.normal * 0.1 * (levels[:, None, None] - layers / 2)
+    stretch = plate.normal[:, None] * (levels[:, None, None, None] - layers / 2)
+    nodes = np.concatenate([plate.node + 1000 * k for k in levels])
+    solid = plate._replace(
+        node=nodes,
+        position=(plate.position + shift).reshape(-1, 3),
+        displacement=(plate.displacement + stretch).reshape(len(nodes), 3, -1),
+    )
+    corners = [np.hstack([plate.corners + 1000 * k, plate.corners + 1000 * (k + 1)])
+               for k in range(layers)]  # fmt: skip
+    return with_elements(frd(solid), elements(1, np.concatenate(corners)))
+
+
+def test_solids_of_shells_have_the_motion_of_their_middle(plate, tmp_path):
+    path = tmp_path / "plate.frd"
+    path.write_text(expanded(plate))
+    model = read_modes(path, unit_m=1.0)
+    np.testing.assert_allclose(model.areal_mass, 3.0, rtol=1e-4)
+    where = np.linalg.norm(model.position[:, None] - plate.position, axis=2).argmin(axis=1)
+    np.testing.assert_allclose(model.position, plate.position[where], atol=1e-5)
+    np.testing.assert_allclose(model.displacement, plate.displacement[where], atol=2e-5)
+    path.write_text(expanded(plate, layers=2))
+    with pytest.raises(ValueError, match="solids lie one on another"):
+        read_modes(path, unit_m=1.0)
+
+
 def test_each_face_of_a_solid_looks_out_of_it(tmp_path):
     """The faces of a cube, a wedge and a tetrahedron enclose their volumes, with middles too."""
     cube = np.array(

@@ -82,6 +82,33 @@ def test_modes_that_a_deck_scales_to_one_need_no_masses(new, plate):
     assert status == 0 and study.panel.modes.normalised == "mass"
 
 
+def test_a_uniform_mass_is_stated_where_no_mode_has_one(new, plate):
+    *options, mass = "--unit-m", "1", "--uniform-kg", "2.5"
+    status, study, _ = new(plate, *options, mass, masses=False)
+    assert status == 0 and study.panel.mass_kg == 2.5 and study.panel.modes.uniform_mass
+    assert studied(study.panel).model.areal_mass == pytest.approx(2.5 / (WIDTH * HEIGHT))
+
+
+def test_a_web_across_the_surface_tilts_its_direction_and_has_no_free_air(new, plate):
+    """A T: each part has a direction that most of it faces."""
+    middle = plate.node.reshape(9, 13)[4]
+    lower = 1000 + np.arange(13)
+    quads = np.stack([middle[:-1], middle[1:], lower[1:], lower[:-1]], axis=1)
+    rows = plate.position.reshape(9, 13, 3)[4] - 0.2 * plate.normal
+    motion = plate.displacement.reshape(9, 13, 3, -1)[4]
+    tee = plate._replace(
+        node=np.append(plate.node, lower),
+        position=np.concatenate([plate.position, rows]),
+        corners=np.concatenate([plate.corners, quads]),
+        displacement=np.concatenate([plate.displacement, motion]),
+    )
+    values = (2 * np.pi * tee.frequency) ** 2
+    _, study, _ = new(tee, values=values.tolist())
+    outward = np.array(study.panel.outward)
+    assert abs(outward @ plate.normal) > 0.9 * np.linalg.norm(outward)
+    assert study.sound.surroundings == "baffle"
+
+
 def test_rigid_modes_give_the_mass(new, plate):
     mixed = scipy.stats.ortho_group.rvs(3, random_state=1)  # of three translations of 3.1 kg
     motion = np.broadcast_to(mixed, (len(plate.node), 3, 3))

@@ -150,9 +150,35 @@ def test_modes_that_are_complex_or_without_mass_are_refused(plate, tmp_path):
             ValueError, match="has complex modes alone; real normal modes are needed"
         ):
             read_modes(path)
-    complex_ = plate._replace(displacement=plate.displacement + 0j)
+    complex_ = plate._replace(displacement=plate.displacement * (1 + 0.01j))
     with pytest.raises(ValueError, match="has complex modes alone; real normal modes are needed"):
         read_modes(write(path, complex_, data=5))
+
+
+def test_normal_modes_written_as_complex_numbers_in_phase_are_real(plate, tmp_path):
+    in_phase = plate._replace(displacement=plate.displacement * (1 + 1e-5j))
+    model = read_modes(write(tmp_path / "plate.uff", in_phase, data=5))
+    np.testing.assert_allclose(model.areal_mass, 3.0, rtol=1e-4)
+
+
+def test_a_largest_rotation_of_one_is_no_mass_of_one(plate, tmp_path):
+    path = write(tmp_path / "plate.unv", plate, skip=(55,))
+    changes = {"modal_mass": 0 * plate.modal_mass, "displacement": plate.displacement / 2}
+    scaled = analysis_2414(plate._replace(**changes), width=6)
+    path.write_text(path.read_text() + scaled.replace("9.00000E+00", "1.00000E+00"))
+    with pytest.raises(ValueError, match="largest components of all modes are 1"):
+        read_modes(path, normalised="mass")
+
+
+def test_a_uniform_mass_gives_those_of_modes_of_any_scale(plate, tmp_path):
+    scales = np.array([0.3, 2.0, 7.0, 1.0])
+    free = plate._replace(displacement=plate.displacement * scales)
+    path = write(tmp_path / "plate.uff", free, mass=0.0)
+    model = read_modes(path, uniform_kg=2.88)  # 3 kg/m² on 1.2 m × 0.8 m
+    np.testing.assert_allclose(model.modal_mass, plate.modal_mass * scales**2, rtol=1e-4)
+    for file, options in ((path, {"normalised": "mass"}), (write(tmp_path / "m.uff", plate), {})):
+        with pytest.raises(ValueError, match="only allowed for modes without masses or scale"):
+            read_modes(file, uniform_kg=2.88, **options)
 
 
 def test_broken_universal_files_are_refused(plate, tmp_path):

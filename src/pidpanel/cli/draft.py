@@ -59,8 +59,8 @@ class Draft(SimpleNamespace):
         options = self.unit_m, self.groups, self.written
         try:
             if self.modes is not None:
-                scale = self.mass_normalised
-                return modes_draft(self.modes, self.mesh, *options, is_normalised=scale)
+                scale = {"is_normalised": self.mass_normalised, "uniform_kg": self.uniform_kg}
+                return modes_draft(self.modes, self.mesh, *options, **scale)
             if self.mesh is None or self.mesh.suffix.lower() not in DECKS:
                 return None
             return None if is_flat(self.mesh, self.groups) else shell_draft(self.mesh, *options)
@@ -241,7 +241,7 @@ def _values(draft: Draft, file: Path) -> dict[str, Any]:
     low, high = _range(draft, file, spectrum)
     if draft.structure is not None:
         draft.section, draft.thickness_mm = "structure", DEPTH_MM
-        if draft.structure.is_closed:
+        if not draft.structure.has_free_edges:
             draft.surroundings = "baffle"
     fills = _fills(Path(draft.table)) if draft.table else FILLS
     if draft.deck is not None:

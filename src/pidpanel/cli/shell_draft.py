@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from pidpanel.arrays import Array, Index
 from pidpanel.cli.deck_sections import DeckSection, DeckSections, turned
 from pidpanel.cli.mesh_draft import rounded, unit_of_deck
-from pidpanel.cli.structure_draft import StructureDraft, is_closed, patch_near
+from pidpanel.cli.structure_draft import StructureDraft, patch_near
 from pidpanel.modal_files.model import MASS_UNITS
 from pidpanel.nastran import Deck, read_deck
 from pidpanel.nastran.cards import BLANKS, numbers_of, real_number
@@ -79,7 +79,7 @@ def shell_draft(
     text = f"a shell of {len(mesh.cells)} facets, {mesh.extent:.4g} m large with a unit of {unit:g}"
     text += f" m, {surface.area.sum():.4g} m², {len(sections)} properties, {counts}"
     return StructureDraft(
-        values, np.inf, is_closed(surface), text, [*guess, *remarks, *missing], second="edge"
+        values, np.inf, surface.has_free_edges, text, [*guess, *remarks, *missing], second="edge"
     )
 
 

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pidpanel.arrays import Array
+from pidpanel.arrays import Array, Index
 from pidpanel.cli.mesh_draft import rounded, unit_of_materials
 from pidpanel.modal_files import ModalModel, read_modes
 from pidpanel.modal_files.model import MASS_UNITS
+from pidpanel.modal_files.orientation import oriented
 from pidpanel.nastran import Deck, read_deck
 from pidpanel.nastran.cards import BLANKS
 from pidpanel.shell.selections import Place
@@ -21,6 +22,7 @@ LIKELY_SIZES = 0.1, 30.0  # of a structure [m], likewise
 BEYOND = 2.0  # last natural frequency over the highest of a response
 RIGID_ERROR = 1e-3  # of a translation that rigid modes make up
 ONE_SIDED = 0.5  # least share of a surface that faces a direction which is its outward one
+TILTS = (0, 0, 1), (0, 0.3, 1), (0.1, 0.3, 1)  # of an outward direction
 PATCH = 0.1  # radius of a patch over the size of a structure
 DECKS = (".bdf", ".dat", ".nas", ".fem", ".blk")
 
@@ -30,7 +32,7 @@ class StructureDraft(NamedTuple):
 
     structure: Mapping[str, Any]  # section ``structure``
     highest: float  # of a response [Hz]
-    is_closed: bool  # whether its surface has no edges
+    has_free_edges: bool  # whether the sound may go around its surface
     text: str
     remarks: Sequence[str]
     second: str = "antinode"  # name of the second patch
@@ -44,6 +46,7 @@ def modes_draft(
     written: Callable[[Path], str],
     *,
     is_normalised: bool,
+    uniform_kg: float | None,
 ) -> StructureDraft:
     """Return the draft of modes from a file; `ValueError` in one line.
 
@@ -55,14 +58,17 @@ def modes_draft(
         Returns the path of a file as the study states it.
     """
     is_stated = is_normalised
-    model, unit, is_normalised = _model(file, mesh, unit, is_normalised=is_normalised)
+    model, unit, is_normalised = _model(
+        file, mesh, unit, is_normalised=is_normalised, uniform_kg=uniform_kg
+    )
     structure = ForeignStructure({}, {}, model, 1.0, tuple(groups))
-    outward = _outward(Surface(model.position, structure.loaded_cells))
+    outward = _outward(model.position, structure.loaded_cells)
     structure = ForeignStructure({}, {}, model, 1.0, tuple(groups), outward)
     surface = structure.surface
-    mass, source = _mass(model)
+    mass, source = (uniform_kg, " spread evenly") if uniform_kg else _mass(model)
     stated = {"file": written(file), "mesh": mesh and written(mesh), "unit_m": unit,
-              "normalised": "mass" if is_normalised else None}  # fmt: skip
+              "normalised": "mass" if is_normalised else None,
+              "uniform_mass": uniform_kg and True}  # fmt: skip
     motion = np.einsum("vdn,vd->vn", model.displacement[structure.nodes], surface.vertex_normal)
     lively = int((motion**2 * _weights(model)).sum(axis=1).argmax())
     middle, _ = surface.nearest(np.average(surface.middle, axis=0, weights=surface.area))
@@ -87,11 +93,11 @@ def modes_draft(
     return StructureDraft(
         values,
         float(model.frequency[-1] / BEYOND),
-        is_closed(surface),
+        surface.has_free_edges,
         f"{len(elastic)} modes of {ends}, {surface.size:.4g} m large, {surface.area.sum():.4g} m²,"
         f" {mass:.3g} kg{source}" + (f", unit of {unit:g} m" if unit else ""),
         [
-            f"mass of {mass:.3g} kg{source}: state the real one",
+            *([] if uniform_kg else [f"mass of {mass:.3g} kg{source}: state the real one"]),
             *["modes are scaled to 1, as the deck asks for"] * (is_normalised and not is_stated),
             *model.remarks,
         ],
@@ -99,18 +105,25 @@ def modes_draft(
 
 
 def _model(
-    file: Path, mesh: Path | None, unit: float | None, *, is_normalised: bool
+    file: Path,
+    mesh: Path | None,
+    unit: float | None,
+    *,
+    is_normalised: bool,
+    uniform_kg: float | None,
 ) -> tuple[ModalModel, float | None, bool]:
     """Return modes, their unit of length [m], None where the files state it, and their scale."""
     deck = read_deck(mesh) if mesh is not None and mesh.suffix.lower() in DECKS else None
     if unit is None and deck is not None:
         unit = unit_of_materials(deck)
     models, refused = {}, [""]
-    scales = {is_normalised, is_normalised or (deck is not None and is_mass_normalised(deck))}
+    asks = deck is not None and uniform_kg is None and is_mass_normalised(deck)
+    scales = {is_normalised, is_normalised or asks}
     for scaled in sorted(scales):
         for length in [unit] if unit else [None, *MASS_UNITS]:
             try:
-                model = read_modes(file, mesh, length, normalised="mass" if scaled else "")
+                norm = "mass" if scaled else ""
+                model = read_modes(file, mesh, length, normalised=norm, uniform_kg=uniform_kg)
             except ValueError as error:  # those that no unit mends come first
                 refused.insert(0 if "unit_" not in str(error) else len(refused), str(error))
                 continue
@@ -127,7 +140,8 @@ def _model(
         (((length, scaled), model),) = models.items()
         return model, length, scaled
     if not models and refused[0]:
-        raise ValueError(refused[0])
+        hint = " (--mass-normalised, or --uniform-kg)" * ("no modal mass" in refused[0])
+        raise ValueError(refused[0] + hint)
     names = ", ".join(f"{length:g}" for length, _ in models if length) or "none of the usual ones"
     raise ValueError(f"{file}: its unit of length is not clear, possible are {names}: --unit-m")
 
@@ -142,22 +156,25 @@ def is_mass_normalised(deck: Deck) -> bool:
     return bool(norms) and all(norms)
 
 
-def _outward(surface: Surface) -> Place | None:
-    """Return the direction that most of a surface faces, on either side; None of a round one."""
+def _outward(position: Array, cells: Index) -> Place | None:
+    """Return the direction that most of a surface faces, on either side; None of a round one.
+
+    It is tilted where parts, such as webs, are across it.
+    """
+    surface = Surface(position, cells)
     vectors = surface.cell_normal * np.sqrt(surface.area)[:, None]
     values, axes = np.linalg.eigh(vectors.T @ vectors)
     if values[2] < ONE_SIDED * values.sum():
         return None
-    axis = axes[:, 2] * np.sign(axes[np.abs(axes[:, 2]).argmax(), 2])
-    x, y, z = (axis.round(3) + 0.0).tolist()
+    axes = axes * np.sign(axes[np.abs(axes).argmax(axis=0), range(3)])
+    for tilt in TILTS:
+        x, y, z = (np.round(axes @ tilt, 3) + 0.0).tolist()
+        try:
+            oriented(position, cells, np.array([x, y, z]))
+        except ValueError:
+            continue
+        break
     return x, y, z
-
-
-def is_closed(surface: Surface) -> bool:
-    """Return whether a surface has no free edges."""
-    cells = surface.cells
-    pairs = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    return bool((np.unique(pairs, axis=0, return_counts=True)[1] > 1).all())
 
 
 def _weights(model: ModalModel) -> Array:

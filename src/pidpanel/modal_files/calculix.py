@@ -23,6 +23,15 @@ SOLIDS = re.compile(r"C3D(4|6|8|10|15|20)[A-Z]*")
 HEXAHEDRON = "4321 6785 2651 3762 4873 1584", "12 23 34 41 56 67 78 85 15 26 37 48"
 WEDGE = "132 456 1254 2365 3146", "12 23 31 45 56 64 14 25 36"
 TETRAHEDRON = "321 241 342 143", "12 23 31 14 24 34"
+# Shells of a result, and the nodes below and above of solids that shells were expanded to
+RESULT_SHELLS = {7, 8, 9, 10}
+EXPANDED = {
+    1: ([0, 1, 2, 3], [4, 5, 6, 7]),
+    2: ([0, 1, 2], [3, 4, 5]),
+    4: ([0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 16, 17, 18, 19]),
+    5: ([0, 1, 2, 6, 7, 8], [3, 4, 5, 12, 13, 14]),
+}
+COINCIDENT = 1e-5  # of the extent: distance of nodes that are one
 FACES = {4: TETRAHEDRON, 10: TETRAHEDRON, 6: WEDGE, 15: WEDGE, 8: HEXAHEDRON, 20: HEXAHEDRON}
 
 
@@ -55,6 +64,53 @@ def read_shapes(path: Path) -> ModeShapes:
             static.append(vectors)
     shapes = stacked(node, modes, static, points)
     return shapes._replace(advice="; *NODE FILE needs OUTPUT=2D for shells")
+
+
+def read_result_mesh(path: Path) -> SurfaceElements:
+    """Read the shells of a result; where it has solids, the middle of those made of shells.
+
+    Without ``OUTPUT=2D`` CalculiX writes each shell as a solid of its thickness. Groups are
+    materials.
+    """
+    node, position = np.empty(0, dtype=np.int64), np.empty((0, 3))
+    elements: list[tuple[int, int, str, list[int]]] = []
+    for section in END.split(bytes_of(path)):
+        head, mark, text = section.partition(b"\n -1")
+        if re.search(rb"^    2C", head, re.MULTILINE):
+            node, position = _table(path, mark[1:] + text, int(head.split()[-1]))
+        elif re.search(rb"^    3C", head, re.MULTILINE):
+            for line in re.split(rb"\n -1", mark + text)[1:]:
+                number, kind, _, material, *nodes = map(int, line.replace(b"\n -2", b"").split())
+                elements.append((number, kind, f"{material}", nodes))
+    shells = [element for element in elements if element[1] in RESULT_SHELLS]
+    chosen = shells or [element for element in elements if element[1] in EXPANDED]
+    groups: dict[str, list[int]] = {}
+    for place, element in enumerate(chosen):
+        groups.setdefault(element[2], []).append(place)
+    numbers = [element[0] for element in chosen]
+    if shells or not chosen:
+        return SurfaceElements(node, position, numbers, [e[3] for e in shells], groups)
+    bottom, top = (
+        [[nodes[k] for k in EXPANDED[kind][side]] for _, kind, _, nodes in chosen]
+        for side in (0, 1)
+    )
+    if not set(chain(*bottom)).isdisjoint(chain(*top)):
+        message = "solids lie one on another, so that no surface is clear"
+        raise ValueError(f"{path}: {message}; state the input, with a *SURFACE")
+    pairs = np.array([list(chain(*bottom)), list(chain(*top))]).T
+    order = np.argsort(node)
+    middle = position[order[np.searchsorted(node, pairs, sorter=order)]].mean(axis=1)
+    grain = COINCIDENT * np.ptp(position, axis=0).max()  # at kinks pairs differ, middles do not
+    _, first, vertex = np.unique(
+        np.round(middle / grain), axis=0, return_index=True, return_inverse=True
+    )
+    counts = np.cumsum([len(nodes) for nodes in bottom])[:-1]
+    corners = [part.tolist() for part in np.split(1 + vertex.ravel(), counts)]
+    remarks = ("solids are taken as shells, in their middle",)
+    new = 1 + np.arange(len(first))
+    return SurfaceElements(
+        new, middle[first], numbers, corners, groups, None, remarks, pairs[first]
+    )
 
 
 def _table(path: Path, text: bytes, form: int) -> tuple[Index, Array]:

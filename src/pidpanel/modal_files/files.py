@@ -25,6 +25,7 @@ MESHES: dict[str, Callable[[Path], SurfaceElements]] = {
     **dict.fromkeys(UNIVERSAL, universal.read_mesh),
     **dict.fromkeys((".bdf", ".dat", ".nas", ".fem", ".blk"), nastran.read_mesh),
     ".inp": calculix.read_mesh,
+    ".frd": calculix.read_result_mesh,
 }
 
 
@@ -36,6 +37,7 @@ def read_modes(
     unit_kg: float | None = None,
     normalised: str = "",
     static: Path | None = None,
+    uniform_kg: float | None = None,
 ) -> ModalModel:
     """Read the modes of a structure that another solver has computed.
 
@@ -53,6 +55,8 @@ def read_modes(
         ``mass`` where modes are scaled to modal masses of 1 that the file need not have.
     static
         A file of static cases in the format of the modes, if they are not with these.
+    uniform_kg
+        Mass [kg] that is spread evenly over the surface, where the file has no modal masses.
 
     Raises
     ------
@@ -77,13 +81,15 @@ def read_modes(
         unit_m, unit_kg = length, mass
     if unit_m is None:
         raise ValueError(f"{place}: unit_m is missing; such as 0.001 for millimetres")
-    return modal_model(place, elements, shapes, unit_m, unit_kg, normalised)
+    return modal_model(place, elements, shapes, unit_m, unit_kg, normalised, uniform_kg)
 
 
 def _read(readers: Mapping[str, Callable[[Path], T]], path: Path, content: str) -> T:
     """Read a file by its suffix."""
     if path.suffix.lower() not in readers:
         allowed = ", ".join(readers)
+        if path.suffix.lower() in MODES:
+            raise ValueError(f"{path}: has no mesh that is read; state one, of {allowed}")
         raise ValueError(f"{path}: {content} cannot be in this format; allowed are {allowed}")
     try:
         return readers[path.suffix.lower()](path)

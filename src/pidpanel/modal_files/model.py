@@ -1,6 +1,6 @@
 """Modes of a structure from another solver, in SI and in the basic frame, on linear cells."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -58,6 +58,7 @@ def modal_model(
     unit_m: float,
     unit_kg: float | None = None,
     normalised: str = "",
+    uniform_kg: float | None = None,
 ) -> ModalModel:
     """Join mesh and modes in SI; see `read_modes`. `ValueError` in one line with the place."""
     try:
@@ -65,6 +66,7 @@ def modal_model(
             allowed = ", ".join(f"{unit:g}" for unit in MASS_UNITS)
             raise ValueError(f"unit_m = {unit_m:g} needs unit_kg; only {allowed} imply it")
         mass_unit = MASS_UNITS[unit_m] if unit_kg is None else unit_kg
+        shapes = shapes if mesh.sides is None else shapes.between(mesh.node, mesh.sides)
         for name, numbers in (("mesh", mesh.node), ("modes", shapes.node)):
             values, count = np.unique(numbers, return_counts=True)
             if count.max(initial=0) > 1:
@@ -87,7 +89,7 @@ def modal_model(
         if mesh.frame is not None:
             frame = mesh.frame[rows]
             motion, static = frame @ motion, frame @ static
-        mass = mass_unit * _modal_masses(shapes, motion, normalised)
+        mass = mass_unit * _modal_masses(shapes, normalised, is_uniform=uniform_kg is not None)
         static = static * unit_m**2 / mass_unit  # a pressure of 1 is unit_kg/(unit_m s²)
         frequency = np.where(np.abs(shapes.frequency) <= RIGID, 0.0, shapes.frequency)
         model = ModalModel(
@@ -102,6 +104,9 @@ def modal_model(
             static,
             mesh.remarks,
         )
+        if uniform_kg is not None:  # m_k = m″ ∫|φ_k|² dA
+            area = float(cell_areas(model.position, model.cells).sum())
+            model = replace(model, modal_mass=uniform_kg / area * mass / model.areal_mass)
         _check(model, unit_kg is None)
         areal = model.areal_mass
         if normalised and areal.max() > LARGEST_SPREAD * areal.min():
@@ -142,15 +147,20 @@ def _surface(mesh: SurfaceElements, shapes: ModeShapes) -> tuple[Index, Index, d
     return rows, cells, {name: group for name, group in groups.items() if group.size}
 
 
-def _modal_masses(shapes: ModeShapes, motion: Array, normalised: str) -> Array:
+def _modal_masses(shapes: ModeShapes, normalised: str, *, is_uniform: bool) -> Array:
     """Return the modal masses in the unit of the file; refuse those that are missing or wrong."""
     if normalised not in ("", "mass"):
         raise ValueError(f"normalised: {normalised}; allowed is mass")
     mass = shapes.modal_mass
     missing = ~(np.isfinite(mass) & (mass != 0))
+    if is_uniform:
+        if normalised or not missing.all():
+            raise ValueError("uniform_mass: only allowed for modes without masses or scale")
+        return np.ones(len(mass))
     if not normalised and missing.any():
-        message = f"mode {1 + np.argmax(missing)} has no modal mass"
-        raise ValueError(f"{message}; state normalised: mass if modes are scaled to a mass of 1")
+        message = f"mode {1 + np.argmax(missing)} has no modal mass; state normalised: mass"
+        message += " if modes are scaled to a mass of 1, or uniform_mass: true"
+        raise ValueError(message)
     if normalised and (wrong := ~missing & ~(np.abs(mass - 1) <= NORMALISED)).any():
         k = int(np.argmax(wrong))
         raise ValueError(f"mode {1 + k} has a modal mass of {mass[k]:g}; normalised: mass needs 1")
@@ -158,8 +168,11 @@ def _modal_masses(shapes: ModeShapes, motion: Array, normalised: str) -> Array:
     if (mass < 0).any():
         k = int(np.argmin(mass))
         raise ValueError(f"mode {1 + k} has a modal mass of {mass[k]:g}; it must be positive")
-    peak = np.abs(motion).max(axis=(0, 1), initial=0.0)
-    if len(mass) > 1 and (np.abs([mass - 1, peak - 1]) < NORMALISED).all():
+    length = np.linalg.norm(shapes.displacement, axis=1)
+    peaks = [np.abs(shapes.displacement).max(axis=(0, 1), initial=0.0), length.max(axis=0)]
+    peaks += [] if shapes.largest is None else [shapes.largest]
+    is_one = (np.abs([mass, *peaks] - np.ones(len(mass))) < NORMALISED).all(axis=1)
+    if len(mass) > 1 and is_one[0] and is_one[1:].any():
         message = "modal masses and largest components of all modes are 1"
         raise ValueError(f"{message}; modes must be scaled to one of them, with its masses")
     return mass

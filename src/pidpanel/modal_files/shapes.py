@@ -22,6 +22,8 @@ class SurfaceElements(NamedTuple):
     groups: Mapping[str, Sequence[int]]  # places of elements
     frame: Array | None = None  # (n_nodes, 3, 3) axes of displacements, in columns
     remarks: tuple[str, ...] = ()  # what of the file is not read
+    # (n_nodes, 2) nodes of the modes below and above each; None where they are its own
+    sides: Index | None = None
 
 
 class ModeShapes(NamedTuple):
@@ -33,7 +35,15 @@ class ModeShapes(NamedTuple):
     displacement: Array  # (n_nodes, 3, n_modes)
     static: Array  # (n_nodes, 3, n_static)
     position: Array | None = None  # (n_nodes, 3) if the file has it
+    largest: Array | None = None  # (n_modes,) largest components if there are rotations too
     advice: str = ""  # where nodes of elements are missing
+
+    def between(self, node: Index, sides: Index) -> "ModeShapes":
+        """Return the mean motion of pairs of nodes (n, 2), as that of nodes (n,)."""
+        order = np.argsort(self.node)
+        rows = order[np.searchsorted(self.node, sides, sorter=order)]
+        motion, static = self.displacement[rows].mean(axis=1), self.static[rows].mean(axis=1)
+        return self._replace(node=node, displacement=motion, static=static, position=None)
 
 
 def bytes_of(path: Path) -> bytes:

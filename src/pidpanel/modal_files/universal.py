@@ -22,7 +22,8 @@ PROPERTY, ELEMENTS = 2, 8  # field of an element, code of an entity of groups
 LAYOUT = {55: (5, 7, 8), 2414: (8, 11, 13)}
 MASS_FIELD = {55: (0, 1), 2414: (1, 3)}  # frequency and modal mass among the reals
 STATIC, NORMAL, COMPLEX = 1, 2, (3, 7)  # kinds of analysis
-DISPLACEMENTS, VECTORS, REAL = (0, 1, 8), (2, 3), (2, 4)
+DISPLACEMENTS, VECTORS, COMPLEX_DATA = (0, 1, 8), (2, 3), (5, 6)
+IN_PHASE = 1e-3  # largest imaginary part of normal modes that are written as complex
 
 
 def data_sets(path: Path) -> Iterator[tuple[int, bytes]]:
@@ -66,6 +67,7 @@ def read_shapes(path: Path) -> ModeShapes:
     """Read the normal modes and static cases of a universal file."""
     modes: list[tuple[float, float, Array]] = []
     static: list[Array] = []
+    largest: list[float] = []
     node: Index | None = None
     has_complex = False
     for kind, text in data_sets(path):
@@ -81,11 +83,16 @@ def read_shapes(path: Path) -> ModeShapes:
             continue
         if kind == 2414 and _integers(lines[2]) != [1]:  # not at nodes
             continue
-        if analysis in COMPLEX or (analysis == NORMAL and data not in REAL):
+        if analysis in COMPLEX:
             has_complex = True
         elif analysis in (STATIC, NORMAL):
-            table = _numbers(path, kind, lines[header], 1 + count)
-            numbers = table[:, 0].astype(int)
+            parts = 2 if data in COMPLEX_DATA else 1
+            table = _numbers(path, kind, lines[header], 1 + parts * count)
+            numbers, vectors = table[:, 0].astype(int), table[:, 1::parts]
+            size = float(np.abs(vectors).max(initial=0.0))
+            if parts == 2 and np.abs(table[:, 2::2]).max(initial=0.0) > IN_PHASE * size:
+                has_complex = True
+                continue
             if node is None:
                 node = numbers
             if not np.array_equal(node, numbers):
@@ -93,14 +100,16 @@ def read_shapes(path: Path) -> ModeShapes:
                 count = 1 + len(modes if analysis == NORMAL else static)
                 raise ValueError(f"{path}: {place} {count} has other nodes than those before it")
             if analysis == STATIC:
-                static.append(table[:, 1:4])
+                static.append(vectors[:, :3])
             else:
                 values = _numbers(path, kind, lines[reals], 1)[:, 0]
                 frequency, mass = (values[k] if k < len(values) else 0.0 for k in MASS_FIELD[kind])
-                modes.append((frequency, mass, table[:, 1:4]))
+                modes.append((frequency, mass, vectors[:, :3]))
+                largest.append(size)
     if has_complex and not modes:
         raise ValueError(f"{path}: has complex modes alone; real normal modes are needed")
-    return stacked(np.empty(0, dtype=np.int64) if node is None else node, modes, static)
+    node = np.empty(0, dtype=np.int64) if node is None else node
+    return stacked(node, modes, static)._replace(largest=np.array(largest))
 
 
 def read_units(path: Path) -> tuple[float, float] | None:

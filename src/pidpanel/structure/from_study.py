@@ -102,6 +102,7 @@ def _foreign(
         model = _model(
             stamps, modes.file, modes.mesh, modes.unit_m, unit_kg=modes.unit_kg,
             normalised=modes.normalised or "", static=modes.static,
+            uniform_kg=mass if modes.uniform_mass else None,
         )  # fmt: skip
     except ValueError as error:
         raise StructureRefused(("modes", "file"), str(error)) from error

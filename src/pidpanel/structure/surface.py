@@ -55,6 +55,14 @@ class Surface:
         """Largest extent [m]."""
         return float(np.ptp(self.vertices, axis=0).max())
 
+    @property
+    def has_free_edges(self) -> bool:
+        """Whether it is one sheet that ends somewhere, so that air goes around it."""
+        start, end = self.cells.ravel(), np.roll(self.cells, -1, axis=1).ravel()
+        edges = np.stack([start, end], axis=1)[start != end]
+        key, reverse = edges @ [len(self.vertices), 1], edges @ [1, len(self.vertices)]
+        return np.unique(key).size == key.size and not np.isin(reverse, key).all()
+
     def nearest(self, position: Array) -> tuple[int, float]:
         """Return the nearest vertex of the surface, and its distance [m]."""
         used = np.unique(self.cells)

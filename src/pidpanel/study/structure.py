@@ -49,6 +49,9 @@ class ModesFile(SectionModel):
     quarters of each patch. They give what the modes leave out under dampers."""
     normalised: Literal["mass"] | None = None
     """``mass`` where a file without modal masses has shapes of 1 kg modal mass in SI units."""
+    uniform_mass: bool = False
+    """Whether ``mass_kg`` is spread evenly over the surface: it gives the modal masses and the
+    inertia of a file without modal masses."""
 
 
 class UnknownSection(NamedTuple):
