@@ -66,7 +66,7 @@ def modal_model(
             allowed = ", ".join(f"{unit:g}" for unit in MASS_UNITS)
             raise ValueError(f"unit_m = {unit_m:g} needs unit_kg; only {allowed} imply it")
         mass_unit = MASS_UNITS[unit_m] if unit_kg is None else unit_kg
-        shapes = shapes if mesh.sides is None else shapes.between(mesh.node, mesh.sides)
+        shapes = shapes if mesh.sides is None else shapes.averaged(mesh.node, mesh.sides)
         for name, numbers in (("mesh", mesh.node), ("modes", shapes.node)):
             values, count = np.unique(numbers, return_counts=True)
             if count.max(initial=0) > 1:

@@ -35,16 +35,16 @@ def read_op2(path: Path) -> ModeShapes:
     blocks: dict[str, list[VectorBlock]] = {}
     try:
         for name, records, real in _tables(bytes_of(path)):
-            whole = np.dtype(f"{real.str[0]}i{real.itemsize}")
+            integer = np.dtype(f"{real.str[0]}i{real.itemsize}")
             if name == "LAMA":
                 for record in records[4::2]:
                     rows = np.frombuffer(record, real).reshape(-1, ROW)
-                    numbers = rows.view(whole)[:, 0].tolist()
+                    numbers = rows.view(integer)[:, 0].tolist()
                     masses |= zip(numbers, rows[:, MASS].tolist(), strict=True)
             elif name in TABLES:
                 pairs = zip(records[3::2], records[4::2], strict=False)
                 blocks.setdefault(name, []).extend(
-                    _block(np.frombuffer(head, real), np.frombuffer(record, real), whole)
+                    _block(np.frombuffer(head, real), np.frombuffer(record, real), integer)
                     for head, record in pairs
                 )
     except (ValueError, IndexError, OverflowError):
@@ -69,11 +69,11 @@ def read_op2(path: Path) -> ModeShapes:
     return stacked(node, modes, [block.vectors for block in static])
 
 
-def _block(head: Array, values: Array, whole: np.dtype[np.int64]) -> VectorBlock:
+def _block(head: Array, values: Array, integer: np.dtype[np.int64]) -> VectorBlock:
     """Return the displacements of the points of a record."""
-    words = head.view(whole)
+    words = head.view(integer)
     rows = values.reshape(-1, int(words[WIDTH]))
-    numbers = rows.view(whole)[:, 0] // 10
+    numbers = rows.view(integer)[:, 0] // 10
     return VectorBlock(words, float(head[EIGENVALUE]), numbers, rows[:, 2:5].astype(float))
 
 
@@ -83,11 +83,11 @@ def _tables(data: bytes) -> Iterator[tuple[str, list[bytes], np.dtype[np.float64
     size = int.from_bytes(data[:4], "little" if order == "<" else "big")
     if size not in (4, 8):
         raise ValueError("no key at the beginning")
-    whole, real = np.dtype(f"{order}i{size}"), np.dtype(f"{order}f{size}")
+    integer, real = np.dtype(f"{order}i{size}"), np.dtype(f"{order}f{size}")
     chain = _chain(data, np.dtype(f"{order}i4"))
     records: list[list[bytes]] = [[]]
     for key in chain:
-        count = int(np.frombuffer(key, whole)[0])
+        count = int(np.frombuffer(key, integer)[0])
         if count > 0:
             records[-1].append(next(chain, b""))
         elif count < 0:

@@ -38,7 +38,7 @@ class ModeShapes(NamedTuple):
     largest: Array | None = None  # (n_modes,) largest components if there are rotations too
     advice: str = ""  # where nodes of elements are missing
 
-    def between(self, node: Index, sides: Index) -> "ModeShapes":
+    def averaged(self, node: Index, sides: Index) -> "ModeShapes":
         """Return the mean motion of pairs of nodes (n, 2), as that of nodes (n,)."""
         order = np.argsort(self.node)
         rows = order[np.searchsorted(self.node, sides, sorter=order)]
