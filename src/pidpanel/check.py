@@ -143,6 +143,11 @@ def check_panel(study: Study) -> Iterator[Mistake]:
     mistakes = list(_check_mesh(study.panel, high, masses))
     yield from mistakes
     yield from _check_layouts(study, is_meshed=not mistakes)
+    if isinstance(study.panel, Structure) and study.base is not None and not mistakes:
+        from pidpanel.structure.from_study import structure_of
+
+        if fault := structure_of(study.panel).fault_of_base_motion:
+            yield Mistake(("base",), f"not allowed: {fault}")
     if isinstance(study.panel, Structure) and study.sound is not None and not mistakes:
         yield from _check_curved(study.panel, study.sound)
     if study.optimise is not None and not mistakes:

@@ -23,7 +23,7 @@ def test_of_a_free_curved_shell(change, key):
 
 
 def test_base_motion_of_modes_from_a_file(structure):
-    with pytest.raises(StudyError, match=r"base = .*inertia is not known"):
+    with pytest.raises(StudyError, match=r"base = .*inertia of its modes is not known"):
         Model({"name": "modes", "structure": structure, **COMMON, "base": SINE})
 
 

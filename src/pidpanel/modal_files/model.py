@@ -43,6 +43,7 @@ class ModalModel:
     # (n_nodes, 3, n_static) of static cases with a pressure of 1 in the file [m/Pa]
     static_displacement: Array = field(default_factory=lambda: np.empty((0, 3, 0)))
     remarks: tuple[str, ...] = ()  # what of the mesh is not read
+    participation: Array | None = None  # (n_modes, 3) Σ m φ along x, y, z [kg]; None if not known
 
     @property
     def areal_mass(self) -> Array:
@@ -103,10 +104,14 @@ def modal_model(
             place,
             static,
             mesh.remarks,
+            None if shapes.participation is None else mass_unit * shapes.participation,
         )
         if uniform_kg is not None:  # m_k = m″ ∫|φ_k|² dA
-            area = float(cell_areas(model.position, model.cells).sum())
-            model = replace(model, modal_mass=uniform_kg / area * mass / model.areal_mass)
+            areas = cell_areas(model.position, model.cells)
+            areal = uniform_kg / areas.sum()
+            mean = np.tensordot(areas, motion[cells].mean(axis=1), 1)
+            masses = areal * mass / model.areal_mass
+            model = replace(model, modal_mass=masses, participation=areal * mean.T)
         _check(model, unit_kg is None)
         areal = model.areal_mass
         if normalised and areal.max() > LARGEST_SPREAD * areal.min():

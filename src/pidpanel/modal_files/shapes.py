@@ -36,6 +36,7 @@ class ModeShapes(NamedTuple):
     static: Array  # (n_nodes, 3, n_static)
     position: Array | None = None  # (n_nodes, 3) if the file has it
     largest: Array | None = None  # (n_modes,) largest components if there are rotations too
+    participation: Array | None = None  # (n_modes, 3) Σ m φ along x, y, z; None if not known
     advice: str = ""  # where nodes of elements are missing
 
     def averaged(self, node: Index, sides: Index) -> "ModeShapes":

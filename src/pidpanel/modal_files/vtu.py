@@ -1,4 +1,7 @@
-"""Modes in a VTU, the neutral form: ``mode_1 …`` at points, ``frequencies``, ``modal_masses``."""
+"""Modes in a VTU, the neutral form: ``mode_1 …`` at points, ``frequencies``, ``modal_masses``.
+
+``participation_x``, ``participation_y``, ``participation_z`` are optional.
+"""
 
 import re
 from pathlib import Path
@@ -48,7 +51,21 @@ def read_vtu(path: Path) -> tuple[SurfaceElements, ModeShapes]:
         message = f"{mass.size} modal_masses in the field data of {len(frequency)} modes"
         raise ValueError(f"{path}: {message}; all or none are allowed")
     mass = mass if mass.size else np.zeros(len(frequency))
-    return mesh, ModeShapes(node, frequency, mass, modes, static)
+    shapes = ModeShapes(node, frequency, mass, modes, static)
+    return mesh, shapes._replace(participation=_participation(path, grid, len(frequency)))
+
+
+def _participation(path: Path, grid: Any, count: int) -> Array | None:
+    """Return Σ m φ (n_modes, 3) of the field data; None without any."""
+    names = [f"participation_{axis}" for axis in "xyz"]
+    if not set(names) & grid.field_data.keys():
+        return None
+    values = [np.ravel(grid.field_data.get(name, [])).astype(float) for name in names]
+    for name, value in zip(names, values, strict=True):
+        if value.shape != (count,) or not np.isfinite(value).all():
+            message = f"{name} in the field data must have {count} numbers, one for each mode"
+            raise ValueError(f"{path}: {message}")
+    return np.transpose(values)
 
 
 def _vectors(path: Path, grid: Any, kind: str) -> Array:

@@ -203,6 +203,11 @@ class AnyStructure(ABC):
         with tempfile.TemporaryDirectory() as folder:
             self.mesh(Path(folder) / "mesh.msh")
 
+    @property
+    def fault_of_base_motion(self) -> str:
+        """Why a motion of the supports cannot be computed; empty where it can."""
+        return ""
+
     def wave_shift(self, *_: float, strain: object = None) -> float:
         """Return 0: the basis has the shift of each mode, where it is known."""
         return 0.0

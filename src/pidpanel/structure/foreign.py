@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ from pidpanel.structure.surface import Surface
 NEAR = 0.02  # largest distance of a point from the surface over its size
 # Largest modal mass of a structure over its mass, with max |u| = 1: less or more is another unit.
 MODAL_SHARE = (0.01, 1.1)
+EFFECTIVE = 1.02  # largest sum of effective masses over the mass
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,10 @@ class ForeignStructure(AnyStructure):
             self._vertices,
         ))  # fmt: skip
         is_residual = np.arange(len(frequency)) >= len(self.model.frequency)
+        if self.model.participation is not None:
+            added = self.surface.integral(displacement[..., is_residual]).T
+            values = np.concatenate([self.model.participation, self.section.mass_per_area * added])
+            plate = replace(plate, participation=values, inertia=values[:, 2])
         shapes = modal_shapes(plate, displacement, frequency, is_residual)
         return SolvedStructure(basis_of(mesh, plate, shapes), plate, shapes.vectors, self.mass)
 
@@ -193,6 +198,19 @@ class ForeignStructure(AnyStructure):
             message = f"the largest modal mass is {largest:.3g} kg where the largest motion is 1; "
             message += f"{low * mass:.3g} to {high * mass:.3g} are allowed. Is the unit of mass kg?"
             raise StructureRefused(("mass_kg",), message)
+        if self.model.participation is not None:
+            moved = (self.model.participation**2 / self.model.modal_mass[:, None]).sum(axis=0)
+            if moved.max() > EFFECTIVE * mass:
+                message = f"modes have effective masses of {moved.max():.3g} kg along "
+                message += f"{'xyz'[moved.argmax()]}, more than the structure"
+                raise StructureRefused(("mass_kg",), message)
+
+    @property
+    def fault_of_base_motion(self) -> str:
+        """Why a motion of the supports cannot be computed; empty where it can."""
+        if self.model.participation is None:
+            return "the inertia of its modes is not known; participation in a VTU, or uniform_mass"
+        return "a free structure has no supports" if (self.model.frequency == 0).any() else ""
 
     @property
     def section(self) -> SurfaceSection:

@@ -72,10 +72,9 @@ def mistakes_of_base(study: Study) -> Iterator[Mistake]:
 
 
 def _mistakes_of_moved_structure(structure: Structure) -> Iterator[Mistake]:
-    """Yield what base motion of a structure needs: its inertia, and something that holds it."""
-    if (shell := structure.shell) is None:
-        yield Mistake(("base",), "not allowed with structure.modes, whose inertia is not known")
-    elif not shell.supports and all(foot.kind == "free" for foot in shell.feet.values()):
+    """Yield what base motion of a shell needs: something that holds it."""
+    shell = structure.shell  # files of modes are read later
+    if shell and not shell.supports and all(foot.kind == "free" for foot in shell.feet.values()):
         message = "a free structure has no supports that base moves"
         yield Mistake(("panel", "shell", "supports"), message)
 
