@@ -97,7 +97,9 @@ def check_spectrum(sound: Sound, response: Response, energy: Energy | None) -> I
         lines = yield from read_at(("sound", "field"), lambda: measured_range(sound))
         low, high = (max(low, lines[0]), min(high, lines[1])) if lines else (low, high)
     if response.frequency_hz[0] < low or response.frequency_hz[1] > high:
-        message = f"must be in the {spectrum.rows} of {sound.level_file.name}, {low:.5g} to "
+        message = (
+            f"must be in the {spectrum.rows} of {' and '.join(sound.level_names)}, {low:.5g} to "
+        )
         message += f"{high:.5g} Hz"
         if "frequency_hz" not in response.model_fields_set:
             message += "; by default it is {:g} to {:g} Hz".format(*response.frequency_hz)

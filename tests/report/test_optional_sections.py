@@ -9,7 +9,8 @@ import pytest
 
 from pidpanel.api import Model
 from pidpanel.check import checked_study
-from pidpanel.report.margins_section import margin_lines
+from pidpanel.report.margins_section import levels_fragment, margin_lines
+from pidpanel.severity.from_study import rms_margins
 from pidpanel.study import StudyError
 from pidpanel.workflow.in_process import compute
 
@@ -32,6 +33,10 @@ WRITTEN = {
     "strength of layers alone": SOUND + "severity: {strength: {layers: {tension_1_mpa: 300, "
     "compression_1_mpa: 300, tension_2_mpa: 300, compression_2_mpa: 300, shear_mpa: 170}}}",
     "energy, empty": SOUND + "energy: {}",
+    "an envelope at named levels": (
+        "sound: {spectrum: [smc_s_016_2014_min_third.csv, falcon9_cape_blankets_octave.csv], "
+        "oaspl_db: 137, levels: {acceptance: 0, qualification: 6}}"
+    ),
     "limits alone": SOUND + "limits: {middle: {psd: limit.csv}}",
     "notching of base motion, empty": SHAKER.replace("}}", "}, notching: {}}"),
     "limits of an rms value on a shaker": SHAKER + "limits: {middle: {rms_g: 20}}",
@@ -76,6 +81,33 @@ def test_margins_are_those_of_the_summary_and_the_page_begins_with_the_best(tmp_
     np.testing.assert_allclose(summary["rms_margin_db"], expected, atol=1e-4)
     page = (folder / "report.html").read_text()
     assert all(line in page for line in margin_lines(study, margins.reset_index()))
+
+
+def test_each_named_level_is_a_row_with_its_own_solution_and_margin(tmp_path):
+    levels = "oaspl_db: 136, levels: {acceptance: 0, qualification: 6}}"
+    study, _ = checked(
+        tmp_path, SOUND.replace("}", f", {levels}") + "limits: {middle: {rms_g: 20}}"
+    )
+    rows = []
+    for scenario in study.all_scenarios():
+        for point, rms in (("middle", 10.0), ("edge", 12.0)):
+            factor = (1 if scenario.is_bare else 0.8) * 10 ** ((scenario.oaspl_db - 136) / 20)
+            rows.append({"scenario": scenario.label, "point": point, "status": "ok",
+                         "acceleration_rms_g": rms * factor, "acceleration_rms_error_g": 0.1,
+                         "reduction_db": 1.9, "reduction_error_db": 0.1, "doubts": ""})  # fmt: skip
+    summary = pd.DataFrame(rows)
+    margins = rms_margins(study, summary).assign(excitation="sound", doubts="")
+    judged = levels_fragment(study, summary, margins).values["rows"]
+    assert [(row["level"], row["point"]) for row in judged] == [
+        ("acceptance (136 dB)", "middle"), ("qualification (142 dB)", "middle"),
+    ]  # fmt: skip
+    np.testing.assert_allclose(
+        [[row["margin_db"], row["bare"]["margin_db"]] for row in judged],
+        20 * np.log10(2) - np.array([[20 * np.log10(0.8), 0], [20 * np.log10(0.8) + 6, 6]]),
+    )
+    assert [row["point"] for row in levels_fragment(study, summary, None).values["rows"]] == [
+        "edge", "edge",
+    ]  # fmt: skip
 
 
 def test_limits_without_a_random_motion_are_refused_in_one_line(tmp_path):

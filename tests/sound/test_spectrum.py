@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from pidpanel.columns import ColumnsError
-from pidpanel.sound.spectrum import BandSpectrum, SpectrumError, pressure_psd
+from pidpanel.sound.spectrum import BandSpectrum, Spectrum, SpectrumError, envelope, pressure_psd
 from pidpanel.sound.table import read_spectrum
+from pidpanel.spectra.break_points import BreakPoints
 
 SPL = Path(__file__).parents[2] / "workflow" / "data" / "spl"
 TABLES = sorted(SPL.glob("*.csv"))
@@ -68,6 +69,31 @@ def test_an_octave_is_three_thirds():
     octave = BandSpectrum.of_levels("octave", np.array([30]), np.array([100.0]))
     thirds = BandSpectrum.of_levels("third octave", np.array([29, 30, 31]), np.full(3, 95.0))
     np.testing.assert_allclose(octave.edge_frequency, thirds.edge_frequency[[0, -1]], rtol=1e-14)
+
+
+def test_an_envelope_has_the_larger_psd_of_octaves_thirds_and_a_psd():
+    thirds = third_octaves(17, 30)
+    octaves = BandSpectrum.of_levels("octave", np.array([24, 27, 30]), np.array([127.0, 119, 130]))
+    points = BreakPoints(np.array([60.0, 210.0]), np.array([500.0, 5.0]))
+    spectra = thirds, octaves, Spectrum(points)
+    highest, whose = envelope(spectra)
+    assert highest.band_number.tolist() == list(range(17, 32))
+    assert set(whose.tolist()) == {0, 1, 2} and whose[-1] == 1  # beyond the other tables
+    for number, row in zip(highest.band_number, whose, strict=True):
+        edge = 10 ** ((number + np.array([-0.5, 0.5])) / 10)
+        inside = [
+            s for s in spectra if s.reach[0] < edge[0] * 1.0001 and s.reach[1] > edge[1] / 1.0001
+        ]
+        squares = [s.points.mean_square(*edge) for s in inside]
+        np.testing.assert_allclose(highest.points.mean_square(*edge), max(squares))
+        assert spectra[row] is inside[int(np.argmax(squares))]
+
+
+def test_spectra_with_a_gap_or_less_than_a_band_have_no_envelope():
+    with pytest.raises(ColumnsError, match=r"no table has the third octave at 125\.9 Hz"):
+        envelope([third_octaves(15, 20), third_octaves(22, 25)])
+    with pytest.raises(ColumnsError, match="table 2 has no whole third octave"):
+        envelope([third_octaves(), Spectrum(BreakPoints(np.array([99, 101.0]), np.ones(2)))])
 
 
 def test_a_band_owns_its_lower_edge_and_the_last_band_both():

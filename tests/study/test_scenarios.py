@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from pidpanel.coupon.from_study import cases_by_coupon, distinct_cases
-from pidpanel.study import load_study
+from pidpanel.study import StudyError, load_study
 from pidpanel.study.scenarios import Family, Filling, Scenario
 from pidpanel.study.stated_number import error_of
 
@@ -81,6 +81,34 @@ def test_scenarios_of_several_dampers_have_them_in_their_names(loaded):
         "bare_150dB", "both", "PID-2_acrylic_r0.4_150dB", "PID-2_acrylic_r0.8_150dB",
         "PID-1_pot_150dB", "PID-2_pot_150dB",
     ]  # fmt: skip
+
+
+LEVELS = ("sound.levels", {"acceptance": 0, "qualification": 6})
+
+
+def test_named_levels_are_scenarios_of_what_states_neither_a_level_nor_a_list(loaded):
+    alone = ("scenarios.alone", {"patch": "PID-1", "damper": "pot"})
+    labels = [scenario.label for scenario in loaded(LEVELS, alone).all_scenarios()]
+    assert labels == [
+        "bare_150dB", "bare_156dB", "both_150dB", "both_156dB", "PID-2_acrylic_r0.4_150dB",
+        "PID-2_acrylic_r0.8_150dB", "PID-1_pot_150dB", "PID-2_pot_150dB", "PID-1_pot_156dB",
+    ]  # fmt: skip
+    stated = loaded(LEVELS, ("scenarios.both.oaspl_db", 153)).family_scenarios("both")
+    assert [scenario.label for scenario in stated] == ["both"]
+    bare = loaded(LEVELS, ("scenarios", {})).all_scenarios()
+    assert [scenario.oaspl_db for scenario in bare] == [150, 156]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("sound.oaspl_db", None), "sound.oaspl_db: missing; required with levels"),
+        (("sound.levels.loud", 55), "sound.levels.loud = 55: gives 205 dB; must be"),
+    ],
+)
+def test_levels_without_their_zero_or_beyond_all_sound_are_refused(loaded, change, message):
+    with pytest.raises(StudyError, match=message):
+        loaded(LEVELS, change)
 
 
 def test_the_only_damper_needs_no_name_and_is_in_no_label(loaded):

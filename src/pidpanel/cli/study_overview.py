@@ -349,9 +349,10 @@ def _of_sound(study: Study, basis: PanelBasis | None) -> Iterator[str]:
     extra = sorted({s.oaspl_db for s in study.all_scenarios() if s.oaspl_db is not None})
     extra = [level for level in extra if level != sound.oaspl_db]
     scenarios = f"; scenarios at {', '.join(f'{level:g}' for level in extra)} dB" if extra else ""
+    tables = "; ".join(read_pressure(file)[1] for file in sound.spectra) or spectrum.source
     yield (
         f"OASPL {spectrum.oaspl:.1f} dB, {in_range:.1f} dB in {low:g} to {high:g} Hz; as tabulated "
-        f"{read_pressure(sound.spectrum)[1] if sound.spectrum else spectrum.source}{scenarios}"
+        f"{tables}{scenarios}"
     )
     yield study.setting
     if basis is not None:

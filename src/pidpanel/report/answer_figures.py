@@ -228,4 +228,4 @@ def group_of(candidate: Candidate) -> str:
     """Return what scenarios of one colour have in common: the place, or the layout."""
     scenario = candidate.scenario
     is_single = len(scenario.fillings) == 1
-    return ", ".join(scenario.place(*scenario.patches)) if is_single else scenario.label
+    return ", ".join(scenario.place(*scenario.patches)) if is_single else scenario.layout_label

@@ -43,7 +43,9 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
         "answer": answer,
         "has_load_error": answer.bare.responses[answer.worst].rms_error > 0,
         "has_levels": len({scenario.oaspl_db for scenario in study.all_scenarios()}) > 1,
-        "level": main_level(study),
+        "level": None
+        if (level := main_level(study)) is None
+        else study.acoustics.level_text(level),
         "remaining": len(answer.candidates) - len(listed) + 1,
         "points": points,
         "rows": [_row(answer, candidate, study.massless_dampers) for candidate in listed],
@@ -257,5 +259,5 @@ def _fills(candidates: Sequence[Candidate]) -> dict[str, list[float]]:
             fills.setdefault(key, []).append(fill)
         else:
             scenario = candidate.scenario
-            fills.setdefault(scenario.label if len(fillings) > 1 else scenario.name, [])
+            fills.setdefault(scenario.layout_label if len(fillings) > 1 else scenario.name, [])
     return fills

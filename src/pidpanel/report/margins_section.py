@@ -1,10 +1,11 @@
 """Margins to the limits of a study on the page: the verdict in a sentence, and a small table."""
 
+import itertools
 from collections.abc import Sequence
 
 import pandas as pd
 
-from pidpanel.report.html import PageSection, template_section
+from pidpanel.report.html import Fragment, PageSection, template_section
 from pidpanel.report.names import Study, main_level, main_scenarios, names_of, with_names
 from pidpanel.report.templates import lines
 from pidpanel.report.text import records
@@ -44,6 +45,29 @@ def margin_lines(study: Study, margins: pd.DataFrame) -> list[str]:
             }
         )
     return lines("margin_lines.html", {"results": results})
+
+
+def levels_fragment(study: Study, summary: pd.DataFrame, margins: pd.DataFrame | None) -> Fragment:
+    """Return bare and damped g rms and the least margin of each layout at each named level."""
+    place, sound = ["scenario", "point"], study.acoustics
+    table = summary[summary["status"] == "ok"].assign(severity=summary["acceleration_rms_g"])
+    if margins is not None:
+        judged = margins[margins["excitation"] == "sound"]
+        least = judged.loc[judged.groupby(place, sort=False)["margin_db"].idxmin()]
+        table = table.merge(least[[*place, "margin_db", "verdict"]], "inner", place)
+        table["severity"] = -table["margin_db"]
+    by_place = {(row["scenario"], row["point"]): row for row in records(table)}
+    scenarios = [s for s in main_scenarios(study) if not (s.is_bare and study.scenarios)]
+    rows = []
+    for level, scenario in itertools.product(sound.named_levels, scenarios):
+        at_points = table[table["scenario"] == scenario.label]
+        if scenario.oaspl_db == level and len(at_points):
+            point = at_points.nlargest(1, "severity")["point"].iloc[0]
+            row, bare = (by_place[s.label, point] for s in (scenario, scenario.bare))
+            names = {"level": sound.level_text(level), "scenario": scenario.name}
+            rows.append({**row, **names, "bare": bare, "is_bare": scenario.is_bare})
+    values = {"rows": rows, "is_judged": margins is not None, "zero": sound.oaspl_db}
+    return Fragment("levels.html", values)
 
 
 def scenario_names(study: Study) -> dict[str, str]:

@@ -36,7 +36,9 @@ def family_of(study: Study, key: str) -> ComparedScenarios:
         title = "" if family.varied == "damper" else model_title(study, scenario)
         by_title.setdefault(title, []).append(scenario)
     groups = {title: tuple(group) for title, group in by_title.items()}
-    return ComparedScenarios(key, family.title, family.varied, scenarios, groups)
+    has_levels = len({scenario.oaspl_db for scenario in scenarios}) > 1
+    varied = "oaspl_db" if has_levels else family.varied
+    return ComparedScenarios(key, family.title, varied, scenarios, groups)
 
 
 def model_title(study: Study, scenario: Scenario) -> str:
@@ -83,10 +85,12 @@ def names_of(study: Study) -> dict[str, str]:
     names = {}
     for scenario in scenarios:
         level = scenario.oaspl_db
-        suffix = f", {level:g} dB" if several and level is not None else ""
-        is_several = len(scenario.fillings) > 1
+        suffix = f", {study.acoustics.level_text(level)}" if several and level is not None else ""
         name = f"bare {noun_of(study)}" if scenario.is_bare else scenario.name
-        names[scenario.label] = scenario.label if is_several else name + suffix
+        if len(scenario.fillings) > 1:
+            name = scenario.layout_label
+            suffix = suffix if name != scenario.label else ""
+        names[scenario.label] = name + suffix
     used = list(names.values())
     return {label: label if used.count(name) > 1 else name for label, name in names.items()}
 

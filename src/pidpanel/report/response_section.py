@@ -91,7 +91,7 @@ def _known_as(inputs: Inputs, family: ComparedScenarios, scenario: Scenario) -> 
         return place, style.place_colour(place, list(inputs.study.panel.patches))
     levels = [s.oaspl_db or 0.0 for s in family.scenarios]
     level = scenario.oaspl_db or 0.0
-    return f"{level:g} dB", style.level_colour(level, levels)
+    return inputs.study.acoustics.level_text(level), style.level_colour(level, levels)
 
 
 def psd_curves(

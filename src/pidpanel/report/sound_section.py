@@ -1,17 +1,22 @@
 """The sound on the page: band levels and pressure PSD."""
 
+from collections.abc import Hashable, Mapping
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
+from pidpanel.arrays import Array
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
 from pidpanel.report.names import Study
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.sound.from_study import spectrum_of
+from pidpanel.sound.from_study import spectra_of, spectrum_of
+from pidpanel.sound.spectrum import on_bands
 from pidpanel.surroundings.from_study import surroundings_text
 
-LEVEL = "band level, dB re 20 µPa"
+LEVEL, PSD = "band level, dB re 20 µPa", "pressure PSD, Pa²/Hz"
 
 
 def sound_setting(study: Study, basis: PanelBasis) -> str:
@@ -26,13 +31,20 @@ def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
     """Return the spectrum of the sound, of a table of bands or of rows of PSD."""
     low, high = study.response.frequency_hz
     overall = 10 * np.log10(np.sum(10 ** (bands["band_spl_db"] / 10)))
+    names, levels = study.acoustics.level_names, [bands["band_spl_db"].to_numpy(float)]
+    is_envelope = len(names) > 1
+    if is_envelope:
+        levels += [on_bands(s, bands["center_hz"]) for s in spectra_of(study.acoustics)]
+    psd = bands["surface_pressure_psd_pa2_hz"].to_numpy(float)
+    labels = ["envelope" if is_envelope else LEVEL, *names]
     charts = [
-        _steps(bands, "band_spl_db", LEVEL, is_log=False),
-        _steps(bands, "surface_pressure_psd_pa2_hz", "pressure PSD, Pa²/Hz"),
+        _steps(bands, LEVEL, dict(zip(labels, levels, strict=False)), is_log=False),
+        _steps(bands, PSD, {PSD: psd}),
     ]
     values = {
         "spectrum": chart_picture("spectrum", charts, height=3.1),
-        "name": study.acoustics.level_file.name,
+        "names": names,
+        "governing": _governing(bands) if is_envelope else [],
         "overall": overall,
         "is_free": study.acoustics.is_free,
         "rows": spectrum_of(study.acoustics).rows,
@@ -42,8 +54,22 @@ def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
     return template_section("sound.html", "Sound", values)
 
 
-def _steps(bands: pd.DataFrame, column: str, unit: str, *, is_log: bool = True) -> Chart:
-    """Return values of bands, each from edge to edge."""
+def _governing(bands: pd.DataFrame) -> list[dict[Hashable, Any]]:
+    """Return the spectra of an envelope with the bands from and to which each is the highest."""
+    run = (bands["spectrum"] != bands["spectrum"].shift()).cumsum()
+    ends = bands.groupby(run).agg(
+        name=("spectrum", "first"), low=("center_hz", "first"), high=("center_hz", "last")
+    )
+    return ends.to_dict("records")
+
+
+def _steps(
+    bands: pd.DataFrame, unit: str, values: Mapping[str, Array], *, is_log: bool = True
+) -> Chart:
+    """Return values of bands by name, each from edge to edge."""
     edges = np.column_stack([bands["lower_hz"], bands["upper_hz"]]).ravel()
-    values = np.repeat(bands[column].to_numpy(float), 2)
-    return Chart("", edges, unit, [PageCurve(unit, values, style.PLACES[0])], "", is_log)
+    curves = [
+        PageCurve(name, np.repeat(level, 2), style.PLACES[n], "dashed" if n else "solid")
+        for n, (name, level) in enumerate(values.items())
+    ]
+    return Chart("", edges, unit, curves, "", is_log)

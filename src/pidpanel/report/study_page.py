@@ -26,7 +26,7 @@ from pidpanel.report.html import CAVEATS, Block, Fragment, Page, PageSection, fi
 from pidpanel.report.inputs import BaseResults, CouponResults, Inputs, PanelInputs
 from pidpanel.report.maps_section import maps_section
 from pidpanel.report.margin_section import margin_first, margin_headline, margin_section
-from pidpanel.report.margins_section import margin_lines, margins_section
+from pidpanel.report.margins_section import levels_fragment, margin_lines, margins_section
 from pidpanel.report.measured_section import measured_section
 from pidpanel.report.measurement_section import curves_of, measurement_section
 from pidpanel.report.names import (
@@ -79,6 +79,8 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
     answer = answer_of(study, inputs.summary)
     text = headline(answer) if answer else NOTHING_MOVES
     blocks = [answer_fragment(inputs, answer)] if answer else []
+    if study.acoustics.levels and answer:
+        blocks.append(levels_fragment(study, inputs.summary, inputs.margins))
     proposed = []
     if proposal is not None:
         text, proposed = proposal_headline(proposal), [optimise_section(proposal)]

@@ -46,7 +46,7 @@ from pidpanel.sound.microphones import (
 )
 from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import Air, tabulate_added_mass
-from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum, band_table
+from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum, band_table, envelope
 from pidpanel.sound.surface import (
     surface_force,
     tabulate_diffuse_surface,
@@ -93,24 +93,38 @@ def spectrum_of(sound: Sound) -> Spectrum:
     return spectrum.shifted(sound.oaspl_db - spectrum.oaspl)
 
 
+def spectra_of(sound: Sound) -> list[Spectrum]:
+    """Return the tables of an envelope, shifted like it."""
+    shift = spectrum_of(sound).oaspl - stated_spectrum(sound).oaspl
+    return [read_spectrum(file).shifted(shift) for file in sound.spectra]
+
+
 def stated_spectrum(sound: Sound) -> Spectrum:
-    """Return the spectrum of a study as its file has it; that of microphones, their mean.
+    """Return the spectrum of a study as its files have it; that of microphones, their mean.
 
     Raises
     ------
     ColumnsError
-        If the file cannot be read.
+        If a file cannot be read, or several leave a gap between them.
     """
-    if sound.spectrum is not None:
-        return read_spectrum(sound.spectrum)
+    if sound.spectra:
+        spectra = [read_spectrum(file) for file in sound.spectra]
+        return spectra[0] if len(spectra) == 1 else envelope(spectra)[0]
     measured, level = measured_field(sound)
     frequency = measured.wavenumber * sound.speed_m_s / (2 * np.pi)
     return Spectrum(BreakPoints(frequency, level), "cross-spectra of microphones")
 
 
 def bands_on_face(sound: Sound) -> pd.DataFrame:
-    """Return the bands of a study with their levels and the mean PSD on the face of the panel."""
-    return band_table(spectrum_of(sound), sound.faces * PRESSURE_FACTOR[sound.reference])
+    """Return the bands of a study with their levels and the mean PSD on the face of the panel.
+
+    ``spectrum`` is the file that has the level of a band.
+    """
+    table = band_table(spectrum_of(sound), sound.faces * PRESSURE_FACTOR[sound.reference])
+    names = np.array(sound.level_names)
+    if len(names) > 1:
+        names = names[envelope([read_spectrum(file) for file in sound.spectra])[1]]
+    return table.assign(spectrum=np.resize(names, len(table)))
 
 
 def measured_field(sound: Sound) -> tuple[Microphones, Array]:

@@ -5,6 +5,7 @@ Levels are in dB re 20 µPa, frequencies in Hz, PSDs one-sided in Pa²/Hz.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, Literal, Self
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
+from pidpanel.columns import ColumnsError
 from pidpanel.spectra import third_octaves
 from pidpanel.spectra.break_points import BreakPoints
 
@@ -139,6 +141,55 @@ class BandSpectrum(Spectrum):
     def bands(self) -> BandSpectrum:
         """Return the spectrum itself."""
         return self
+
+
+def whole_thirds(spectrum: Spectrum) -> BandSpectrum:
+    """Return the levels of the third octaves that lie within a spectrum."""
+    low, high = 10 * np.log10(spectrum.reach)
+    number = np.arange(np.ceil(low + 0.5 - 1e-9), np.floor(high + 0.5 + 1e-9)).astype(int)
+    edges = third_octaves.edge_frequency(number).tolist()
+    levels = _level([spectrum.points.mean_square(*edge) for edge in edges])
+    return BandSpectrum.of_levels("third octave", number, levels, spectrum.source)
+
+
+def envelope(spectra: Sequence[Spectrum]) -> tuple[BandSpectrum, Index]:
+    """Return the highest level of spectra in each third octave, and whose it is (n_bands,).
+
+    The PSD of an octave counts in each of its thirds, and a PSD by its mean square.
+
+    Raises
+    ------
+    ColumnsError
+        If a spectrum has no whole third octave, or they leave a gap between them.
+
+    Examples
+    --------
+    >>> low, high = np.array([100.0, 110.0]), np.array([104.0, 90.0])
+    >>> bands = (np.array([27, 28]), low), (np.array([28, 29]), high)
+    >>> highest, whose = envelope([BandSpectrum.of_levels("third octave", *b) for b in bands])
+    >>> highest.band_spl.tolist(), whose.tolist()
+    ([100.0, 110.0, 90.0], [0, 0, 1])
+    """
+    thirds = [whole_thirds(spectrum) for spectrum in spectra]
+    for place, bands in enumerate(thirds, start=1):
+        if not bands.band_number.size:
+            raise ColumnsError([f"table {place} has no whole third octave"])
+    numbers = np.concatenate([bands.band_number for bands in thirds])
+    number = np.arange(numbers.min(), numbers.max() + 1)
+    if (gap := np.setdiff1d(number, numbers)).size:
+        center = third_octaves.center_frequency(gap[0])
+        raise ColumnsError([f"no table has the third octave at {center:.4g} Hz; must adjoin"])
+    centers = third_octaves.center_frequency(number)
+    levels = np.array([on_bands(bands, centers) for bands in thirds])
+    highest = BandSpectrum.of_levels("third octave", number, np.nanmax(levels, axis=0))
+    return highest, np.asarray(np.nanargmax(levels, axis=0), np.int64)
+
+
+def on_bands(spectrum: Spectrum, center: ArrayLike) -> Array:
+    """Return the levels of a spectrum in third octaves (n,) [dB]; NaN in those that it lacks."""
+    bands, number = whole_thirds(spectrum), np.round(10 * np.log10(center)).astype(int)
+    levels = dict(zip(bands.band_number.tolist(), bands.band_spl.tolist(), strict=True))
+    return np.array([levels.get(band, np.nan) for band in number.tolist()])
 
 
 def _level(mean_square: ArrayLike) -> Array:

@@ -85,6 +85,11 @@ class Family(SectionModel):
             yield Mistake(("damper",), "must not contain a damper twice")
 
     @property
+    def is_single(self) -> bool:
+        """Whether it has one patch and one fill."""
+        return not isinstance(self.patch, tuple) and not isinstance(self.fill_fraction, tuple)
+
+    @property
     def varied(self) -> Varied:
         """The key whose values are compared."""
         keys: tuple[Varied, ...] = ("fill_fraction", "oaspl_db", "patch", "damper")
@@ -236,7 +241,7 @@ class Scenario(SectionModel):
         if self.is_bare:
             return "bare panel"
         text = self.filling_text
-        return text if len(self.fillings) == 1 else f"{self.label} ({text})"
+        return text if len(self.fillings) == 1 else f"{self.layout_label} ({text})"
 
     def place(self, patch: str) -> tuple[str, ...]:
         """Return a patch, and its damper where the study has several."""

@@ -1,14 +1,14 @@
 """The section ``sound`` of a study: a spectrum, its level and its field."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from pidpanel.paths import DATA
-from pidpanel.study.base import Acceleration, Level, SectionModel, file_in
+from pidpanel.study.base import OVERALL, Acceleration, Level, SectionModel, Text, as_tuple, file_in
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.quantity import Quantity
@@ -78,19 +78,28 @@ class StatedField(SectionModel):
 NamedField = Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"]
 
 
+SpectrumFile = Annotated[Path, file_in(DATA / "spl")]
+Envelope = Annotated[tuple[SpectrumFile, ...], Field(min_length=2)]
+
+
 class Sound(SectionModel):
     """The acoustic field: a spectrum, its level, its coherence, where it was measured."""
 
-    spectrum: Annotated[Path, file_in(DATA / "spl")] | None = None
+    spectrum: Annotated[SpectrumFile | Envelope, Choice()] | None = None
     """CSV table of octave or third-octave levels, or of a pressure PSD (``frequency_hz``,
-    ``psd_pa2_hz``), relative to the study or from pidpanel. Required unless ``field`` has
-    ``cross_spectra``, whose mean it is by default."""
+    ``psd_pa2_hz``), relative to the study or from pidpanel; a list for the highest of several
+    tables in each third octave. Required unless ``field`` has ``cross_spectra``, whose mean it is
+    by default."""
     oaspl_db: Level | None = None
     """Overall level to which the spectrum is shifted [dB]; by default that of the table."""
     level: Literal["median", "p95_50", "test"] | None = None
     """What the levels are: their ``median`` over flights; ``p95_50``, not exceeded in 95 % of
     flights with 50 % confidence; or those that a ``test`` prescribes. Spreads of levels
     (``uncertain``) are about a median, or the tolerance of a test."""
+    levels: Mapping[Text, Annotated[float, Quantity(-60, 60)]] = {}
+    """Levels by name, over ``oaspl_db`` [dB], such as ``{acceptance: 0, protoqualification: 3,
+    qualification: 6}``. The bare panel, layouts, and families of one patch and fill that state no
+    level are computed at each, since damping depends on the amplitude."""
     shift_db: Annotated[float, Quantity(-60, 60)] = 0.0
     """Shift of every band [dB], such as 3 for protoqualification; not together with oaspl_db."""
     field: Annotated[NamedField | StatedField, Choice()] = "diffuse"
@@ -124,6 +133,16 @@ class Sound(SectionModel):
     """Density of the air [kg/m³]."""
 
     @property
+    def named_levels(self) -> dict[float, str]:
+        """Names of the overall levels [dB] of ``levels``."""
+        return {round((self.oaspl_db or 0.0) + over, 6): name for name, over in self.levels.items()}
+
+    def level_text(self, oaspl_db: float) -> str:
+        """Return an overall level [dB] in words, with its name in ``levels``."""
+        name = self.named_levels.get(oaspl_db)
+        return f"{name} ({oaspl_db:g} dB)" if name else f"{oaspl_db:g} dB"
+
+    @property
     def is_free(self) -> bool:
         """Whether the edges of the panel are free, before a wall or without one."""
         return self.surroundings != "baffle"
@@ -151,12 +170,15 @@ class Sound(SectionModel):
         return self.field
 
     @property
-    def level_file(self) -> Path:
-        """The file that has the level."""
+    def spectra(self) -> tuple[Path, ...]:
+        """The tables of the spectrum; none where microphones measured it."""
+        return () if self.spectrum is None else as_tuple(self.spectrum)
+
+    @property
+    def level_names(self) -> list[str]:
+        """Names of the files that have the level."""
         stated = self.field.cross_spectra if isinstance(self.field, StatedField) else None
-        file = self.spectrum or stated
-        assert file is not None
-        return file
+        return [file.name for file in self.spectra or as_tuple(stated or ())]
 
     @property
     def diffuse(self) -> "Sound":
@@ -176,6 +198,12 @@ class Sound(SectionModel):
     def mistakes(self) -> Iterator[Mistake]:
         if self.spectrum is None and self.field_name != "measured":
             yield Mistake(("spectrum",), "missing; required")
+        if self.levels and self.oaspl_db is None:
+            message = "missing; required with levels, the overall level at 0 dB"
+            yield Mistake(("oaspl_db",), message)
+        for level, name in self.named_levels.items() if self.oaspl_db is not None else ():
+            if not OVERALL.holds(level):
+                yield Mistake(("levels", name), f"gives {level:g} dB; {OVERALL.allowed}")
         if self.oaspl_db is not None and self.shift_db != 0:
             yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):

@@ -28,7 +28,7 @@ from pidpanel.study.damping import Damping
 from pidpanel.study.mistakes import Keys, Mistake, mistakes_of_names
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.response import Energy, Measurement, Radiation, Response, mistakes_of_energy
-from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Scenario
+from pidpanel.study.scenarios import Compared, Family, Filling, Layout, Scenario, level_suffix
 from pidpanel.study.severity import AccelerationLimit, Severity
 from pidpanel.study.sound import SPEED, Sound
 from pidpanel.study.stated_dampers import DamperSection, ModelText
@@ -135,6 +135,11 @@ class Study(CouponStudy):
     def oaspl_db(self) -> float | None:
         """Overall level of the section ``sound`` [dB]; None without one, or for that of a table."""
         return None if self.sound is None else self.sound.oaspl_db
+
+    @property
+    def oaspl_levels(self) -> tuple[float | None, ...]:
+        """Levels of scenarios that state none [dB]: all of ``sound.levels``, or `oaspl_db`."""
+        return (tuple(self.sound.named_levels) if self.sound else ()) or (self.oaspl_db,)
 
     @property
     def radiation(self) -> Radiation:
@@ -295,21 +300,26 @@ class Study(CouponStudy):
         return {name: entry for name, entry in self.scenarios.items() if isinstance(entry, Layout)}
 
     def family_scenarios(self, name: str) -> tuple[Scenario, ...]:
-        """Return the scenarios of one family, in the order of its lists; one for a layout."""
+        """Return the scenarios of one family, in the order of its lists, or of a layout."""
         compared, several = self.scenarios[name], len(self.dampers) > 1
         steady = compared.steady_acceleration_g
         if isinstance(compared, Layout):
-            level = compared.oaspl_db or self.oaspl_db
             fillings = {
                 patch: filling.model_copy(update={"damper": self.name_of(filling.damper)})
                 for patch, filling in compared.layout.items()
             }
-            single = Scenario(label=name, fillings=fillings, oaspl_db=level,
-                              steady_acceleration_g=steady, has_dampers=several)  # fmt: skip
-            return (single,)
+            levels = (compared.oaspl_db,) if compared.oaspl_db else self.oaspl_levels
+            suffixes = map(level_suffix, levels if len(levels) > 1 else [None])
+            return tuple(
+                Scenario(label=f"{name}{suffix}", fillings=fillings, oaspl_db=level,
+                         steady_acceleration_g=steady, has_dampers=several)
+                for suffix, level in zip(suffixes, levels, strict=True)
+            )  # fmt: skip
+        levels = self.oaspl_levels if compared.is_single else (self.oaspl_db,)
+        levels = as_tuple(compared.oaspl_db) if compared.oaspl_db else levels
         combinations = itertools.product(
             as_tuple(compared.damper), as_tuple(compared.patch),
-            as_tuple(compared.fill_fraction), as_tuple(compared.oaspl_db or self.oaspl_db),
+            as_tuple(compared.fill_fraction), levels,
         )  # fmt: skip
         scenarios = []
         for damper, patch, fill, level in combinations:
@@ -321,7 +331,7 @@ class Study(CouponStudy):
         """Return every scenario once, the bare panel at each level first."""
         scenarios = [s for name in self.scenarios for s in self.family_scenarios(name)]
         if not scenarios:
-            return (Scenario.bare_at(self.oaspl_db),)
+            return tuple(map(Scenario.bare_at, self.oaspl_levels))
         every = [*(s.bare for s in scenarios), *scenarios]
         return tuple({scenario.label: scenario for scenario in every}.values())
 
