@@ -41,6 +41,14 @@ def test_q2_is_that_of_runs_the_chaos_has_not_seen_also_among_many_inputs():
     assert chaos.q2 == pytest.approx(unseen, abs=0.1)
 
 
+def test_what_is_of_a_panel_alone_is_not_learnt_from_its_other_run():
+    """Two runs have a panel in common, also its noise: both are left out together."""
+    rng = np.random.default_rng(1)
+    panel, level = np.repeat(rng.standard_normal((64, 3)), 2, axis=0), rng.standard_normal(128)
+    values = 20 + level + np.repeat(rng.standard_normal(64), 2)
+    assert fitted(np.column_stack([panel, level]), values, draws=2).q2 < 0.55
+
+
 def test_groups_of_scores_share_their_interactions():
     z = samples(64)
     first, total = fitted(z, z[:, 0] * z[:, 1] + z[:, 2]).shares([slice(0, 2), slice(2, 4)])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pidpanel import Model
-from pidpanel.margin.from_study import SpreadStudy
+from pidpanel.damping.broadband import CORRECTED_TONES
+from pidpanel.margin.from_study import SpreadStudy, UncertainStudy
 from pidpanel.study.uncertain import varied
 
 SPREADS = {
@@ -45,6 +46,8 @@ STUDY = {
 def spread(tmp_path_factory):
     study = Model(STUDY, tmp_path_factory.mktemp("margin")).study
     samples = np.random.default_rng(2).standard_normal((4, len(SPREADS)))
+    samples[3] = samples[2]
+    samples[3, list(SPREADS).index("dampers.blanket.equivalent_damping_n_s_m3")] += 1.0
     return SpreadStudy(study, None, samples)
 
 
@@ -78,3 +81,29 @@ def test_bare_and_damped_share_their_inputs(spread):
     answer, _, layouts = spread.run(0)
     assert layouts[2].factor == pytest.approx(10**-1.2)
     assert answer.rms[3] == pytest.approx(answer.rms[1] * 10**-0.6, rel=1e-9)
+
+
+def test_runs_that_share_a_panel_are_those_of_each_alone(spread):
+    together = [answer.rms for answer, _, _ in spread.runs([2, 3])]
+    assert together[1] == pytest.approx(spread.run(3)[0].rms, rel=1e-12)
+    assert (together[1][0] == together[0][0]).all()  # bare
+    assert (together[1][1] < together[0][1]).all()
+
+
+def test_the_error_of_single_tones_under_sound_is_in_the_spread(tmp_path):
+    bed = {
+        "cell": {"across_flats_mm": 6.35, "depth_mm": 25}, "particles": {"diameter_mm": 2.0},
+        "model": "atlas",
+    }  # fmt: skip
+    study = Model(STUDY | {
+        "dampers": {"blanket": STUDY["dampers"]["blanket"], "bed": bed},
+        "scenarios": {"A": {"patch": "A", "damper": "blanket"},
+                      "B": {"patch": "A", "damper": "bed", "fill_fraction": 0.5}},
+    }, tmp_path).study  # fmt: skip
+    uncertain = UncertainStudy(study, None)
+    effect = np.array([[0.3, 0.1], [0.3, 0.1]])
+    z = np.random.default_rng(0).standard_normal((4000, uncertain.size))
+    error = np.std([uncertain.log_broadband(row, effect) for row in z], axis=0)
+    assert (error[0] == 0).all()  # of a linear damper
+    stated = np.hypot(CORRECTED_TONES.of_effect * effect[1], CORRECTED_TONES.of_rms)
+    assert error[1] == pytest.approx(stated, rel=0.05)

@@ -18,10 +18,20 @@ STUDY = {
         "patches": {"A.1": {"centre_m": [0.45, 0.4], "size_m": [0.2, 0.2]}},
         "points": {"P": [0.5, 0.4]},
     },
-    "dampers": {"blanket": {"equivalent_damping_n_s_m3": 400}},
+    "dampers": {
+        "blanket": {"equivalent_damping_n_s_m3": 400},
+        "bed": {
+            "cell": {"across_flats_mm": 6.35, "depth_mm": 25},
+            "particles": {"diameter_mm": 2.0},
+            "model": "atlas",
+        },
+    },
     "sound": {"spectrum": "smc_s_016_2014_min_third.csv", "level": "median"},
     "response": {"frequency_hz": [60, 300]},
-    "scenarios": {"A": {"patch": "A.1"}},
+    "scenarios": {
+        "A": {"patch": "A.1", "damper": "blanket"},
+        "B": {"patch": "A.1", "damper": "bed", "fill_fraction": 0.5},
+    },
     "uncertain": {"panel.damping_ratio": SPREAD},
 }
 
@@ -43,10 +53,28 @@ def study_with(**uncertain):
         ("panel.section.kind", SPREAD, ["number"]),
         ("panel.section.none", SPREAD, ["no such key", "none"]),
         ("panel.mesh.elements", SPREAD, ["must be panel.damping_ratio"]),
-        ("panel.patches.A.1.centre_m.0", {"normal": [0.1, 0.2], "source": "a"}, ["on the panel"]),
+        ("panel.patches.A.1.centre_m.0", {"normal": [0.1, 0.6], "source": "a"}, ["on the panel"]),
         ("sound.spectrum", {"normal": [-3, 3], "source": "a"}, ["correlation_octaves"]),
         ("sound.speed_m_s", {"normal": [330, 350], "source": "a", "correlation_octaves": 1},
          ["correlation_octaves"]),
+        ("panel.damping_ratio", {"normal": [float("nan"), 0.02], "source": "a"}, ["finite"]),
+        ("panel.damping_ratio", {"normal": [0.01, 0.02, 0.03], "source": "a"}, ["2 values"]),
+        ("panel.damping_ratio", {"source": "a"}, ["normal", "lognormal", "uniform"]),
+        ("panel.damping_ratio", 0.01, ["mapping"]),
+        ("panel.damping_ratio", {"normal": [0.05, 0.08], "source": "a"},
+         ["contain", "0.01", "0.03764"]),
+        ("panel.damping_ratio.", SPREAD, ["must be panel.damping_ratio"]),
+        ("panel.patches.A.1.centre_m.2", SPREAD, ["centre_m.0"]),
+        ("panel.patches.B.centre_m.0", SPREAD, ["no such key", "B"]),
+        ("dampers..friction", SPREAD, ["no such key"]),
+        ("dampers.bed.model", SPREAD, ["number", "str"]),
+        ("dampers.bed.particles.friction", {"normal": [0.1, 0.9], "source": "a"}, ["-0.2295"]),
+        ("scenarios.B.fill_fraction", {"normal": [0.4, 1.2], "source": "a"}, ["1.53", "to 1"]),
+        ("sound.speed_m_s", {"normal": [10, 600], "source": "a"}, ["reaches -233", "100 to 1400"]),
+        ("sound.spectrum", {"normal": [1, 3], "source": "a", "correlation_octaves": 1},
+         ["-x and x", "sound.shift_db"]),
+        ("sound.spectrum", {"normal": [-30, 30], "source": "a", "correlation_octaves": 1},
+         ["at most 20 dB"]),
     ],
 )  # fmt: skip
 def test_a_spread_that_cannot_be_is_refused_at_its_key_in_one_line(tmp_path, key, spread, parts):
@@ -81,6 +109,34 @@ def test_correlations_that_contradict_each_other_are_refused(tmp_path):
         "correlations": [{"keys": [keys[i], keys[j]], "coefficient": r} for i, j, r in pairs]
     }
     with pytest.raises(StudyError, match=r"margin\.correlations.*positive definite.*-0\.8"):
+        Model(values, tmp_path)
+
+
+def test_a_pair_of_inputs_has_one_correlation(tmp_path):
+    keys = ["panel.damping_ratio", "sound.speed_m_s"]
+    values = study_with(**{keys[1]: {"normal": [335, 350], "source": "a"}})
+    pairs = [(keys, 0.5), (keys[::-1], -0.5)]
+    values["margin"] = {"correlations": [{"keys": k, "coefficient": r} for k, r in pairs]}
+    with pytest.raises(StudyError, match=r"margin\.correlations\[1\].*each pair once"):
+        Model(values, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("way", "ends"),
+    [
+        (("dampers", "bed", "particles", "friction"), "0.2507, 0.3493"),
+        (("dampers", "bed", "particles", "restitution"), "0.2507, 0.3493"),
+        (("scenarios", "B", "fill_fraction"), "0.2507, 0.3493"),
+    ],
+)
+def test_an_error_of_a_number_counts_once(tmp_path, way, ends):
+    """It would not count in the margin; the message has the spread that does."""
+    values = study_with()
+    section = values
+    for key in way[:-1]:
+        section = section.setdefault(key, {})
+    section[way[-1]] = {"value": 0.3, "error": 0.03}
+    with pytest.raises(StudyError, match=rf"^{'.'.join(way)}.*normal: \[{ends}\]"):
         Model(values, tmp_path)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from pidpanel.arrays import Array, variable
+from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.damping.models import FilledDamper
 from pidpanel.margin.assessment import (
     ENOUGH,
@@ -31,9 +32,10 @@ from pidpanel.margin.runs import (
     Answers,
     DampedLayout,
     RunInputs,
+    UnitPanel,
     answers,
 )
-from pidpanel.margin.samples import Group, columns_of, joined_keys, leading, scores
+from pidpanel.margin.samples import DRAWS, Group, columns_of, joined_keys, leading, scores
 from pidpanel.margin.spread_dampers import ERROR_TERMS, SpreadDampers
 from pidpanel.margin.spread_panel import SpreadPanel
 from pidpanel.margin.waves import WaveMatrix
@@ -56,6 +58,8 @@ from pidpanel.study.uncertain import SPECTRUM, correlation_matrix, judged_scenar
 ENDS = 2.0  # scores of the panels whose shapes the family has besides the nominal ones
 FEWER_RUNS = (128,)  # after which the surrogate may be good enough
 COUPON_TONES = 4
+BROADBAND = "C_e of single tones under sound"
+QUICK = ("dampers.", "scenarios.", "sound.shift_db")  # keys that leave the panel and its air
 TESTED = 96  # runs that are also made at the level of a test
 
 
@@ -86,12 +90,16 @@ class UncertainStudy:
             mixing = np.zeros((len(self.keys), len(numbers)))
             mixing[numbers] = np.linalg.cholesky(correlation[np.ix_(numbers, numbers)])
             sources = "; ".join(dict.fromkeys(uncertain[name].source for name in names))
-            groups.append(Group(" and ".join(names), sources, mixing))
+            of_panel = not all(name.startswith(QUICK) for name in names)
+            groups.append(Group(" and ".join(names), sources, mixing, of_panel))
         if (spread := uncertain.get(SPECTRUM)) is not None:
             octave = np.log2(self.band_edges).mean(axis=1)
             distance = np.abs(octave[:, None] - octave) / (spread.correlation_octaves or 1.0)
             mixing = spread.deviation * leading(np.exp(-distance))
             groups.append(Group(SPECTRUM, spread.source, mixing))
+        if np.any(self.broadband):
+            mixing = np.zeros((0, len(BroadbandError._fields)))
+            groups.append(Group(BROADBAND, "docs: theory/damping, its stated error", mixing))
         for name in self.error_names:
             mixing = np.zeros((0, ERROR_TERMS))
             groups.append(Group(f"damping model of {name}", "its stated error", mixing))
@@ -102,6 +110,26 @@ class UncertainStudy:
         """Dampers whose damping model states an error, by name."""
         dampers = [damper for scenario in self.dampers() for damper in scenario.values()]
         return list(dict.fromkeys(d.name for d in dampers if d.model.nodes is not None))
+
+    @cached_property
+    def broadband(self) -> Array:
+        """(n_scenarios, 2) `BroadbandError` of each judged scenario, the largest of its dampers."""
+        return np.array([
+            np.max([EXACT, *(damper.model.broadband_error for damper in dampers.values())], axis=0)
+            for dampers in self.dampers()
+        ])  # fmt: skip
+
+    def log_broadband(self, scores: Array, effect: Array) -> Array:
+        """Return the error of ln g rms under broadband sound (n_scenarios, …).
+
+        ``effect`` (n_scenarios, …) is that of the damping on ln g rms.
+        """
+        z = np.zeros(2)
+        for group, part in zip(self.groups, columns_of(self.groups), strict=True):
+            if group.name == BROADBAND:
+                z = scores[part]
+        of_effect, of_rms = (self.broadband * z).T.reshape(2, -1, *(1,) * (effect.ndim - 1))
+        return np.asarray(of_effect * effect + of_rms)
 
     @property
     def size(self) -> int:
@@ -212,37 +240,48 @@ class SpreadStudy:
         air = waves.get(DIFFUSE, force), waves.get(ADDED_VOLUME)
         return AcousticMedium(force, *air, WETTED_SIDES[slow.radiation])
 
-    def inputs(self, number: int, levels: Array | None = None) -> RunInputs:
-        """Return the inputs of a study, with deviations of levels in bands (n_bands,) [dB]."""
+    def inputs(self, number: int) -> RunInputs:
+        """Return the inputs of a study; the level has no deviation."""
         study, edges = self._studies[number], self.uncertain.band_edges
         basis, vectors = self.panel.modes(number, self._panels[number], study.panel.modal_damping)
-        sound, ends, spectrum = (
-            study.acoustics, study.response.frequency_hz, spectrum_of(study.acoustics)
-        )  # fmt: skip
-        jumps = np.concatenate([spectrum.jumps, edges[1:, 0]])
+        sound, ends = study.acoustics, study.response.frequency_hz
+        jumps = np.concatenate([spectrum_of(sound).jumps, edges[1:, 0]])
         sharpest = study.panel.modal_damping.smallest(*ends)
         lines = frequency_grid(*ends, sharpest, (), jumps, LINES_PER_BANDWIDTH)
-        pressure = pressure_psd(spectrum, lines, sound.reference, sound.faces)
-        if levels is not None:
-            band = np.clip(np.searchsorted(edges[:, 0], lines, "right") - 1, 0, len(edges) - 1)
-            pressure = pressure * 10 ** (levels[band] / 10)
         rows = self.panel.patch_rows(self._panels[number])
-        density, speed = sound.air_density_kg_m3, sound.speed_m_s
         return RunInputs(
             lines, basis, vectors, self.panel.basis.shape_at_points, rows, self.panel.area,
-            pressure, density, speed,
+            self._pressure(number, lines), sound.air_density_kg_m3, sound.speed_m_s,
         )  # fmt: skip
+
+    def _pressure(self, number: int, lines: Array) -> Array:
+        """Return S of the sound of a study on lines (nf,) [Pa²/Hz]."""
+        sound = self._studies[number].acoustics
+        return pressure_psd(spectrum_of(sound), lines, sound.reference, sound.faces)
 
     def run(self, number: int) -> tuple[Answers, RunInputs, list[DampedLayout]]:
         """Return answers, inputs and layouts of a sample; −1 for the nominal inputs."""
-        row = self.samples[number] if number >= 0 else np.zeros(self.uncertain.size)
-        inputs = self.inputs(self._first + number if number >= 0 else 0, self.uncertain.levels(row))
-        layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
-        if number >= TESTED:
-            layouts = layouts[: len(self.dampers.scenarios)]
+        return next(self.runs([number]))
+
+    def runs(
+        self, numbers: Sequence[int]
+    ) -> Iterator[tuple[Answers, RunInputs, list[DampedLayout]]]:
+        """Yield `run` of samples that have the panel of the first."""
+        inputs = self.inputs(self._first + numbers[0] if numbers[0] >= 0 else 0)
+        panel = UnitPanel.solved(inputs, self.medium, self.dampers.patches)
         edges = self.uncertain.band_edges
-        results = answers(inputs, self.medium, layouts, edges, self.dampers.near)
-        return results, inputs, layouts
+        for number in numbers:
+            row = np.zeros(self.uncertain.size)
+            if number >= 0:
+                row = self.samples[number]
+                band = np.searchsorted(edges[:, 0], inputs.frequency, "right") - 1
+                deviation = self.uncertain.levels(row)[np.clip(band, 0, len(edges) - 1)]
+                pressure = self._pressure(self._first + number, inputs.frequency)
+                inputs = inputs._replace(pressure=pressure * 10 ** (deviation / 10))
+            layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
+            if number >= TESTED:
+                layouts = layouts[: len(self.dampers.scenarios)]
+            yield answers(inputs, panel, layouts, edges, self.dampers.near), inputs, layouts
 
 
 def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list[dict[str, Array]]:
@@ -250,8 +289,9 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
     scenarios = len(study.dampers.scenarios)
     tones = np.geomspace(*study.uncertain.study.response.frequency_hz, COUPON_TONES + 2)[1:-1]
 
-    def run(number: int) -> dict[str, Array]:
-        answer, inputs, layouts = study.run(number)
+    def shown(
+        number: int, answer: Answers, inputs: RunInputs, layouts: list[DampedLayout]
+    ) -> dict[str, Array]:
         natural, ratio = inputs.basis.natural_frequency, inputs.basis.damping_ratio
         elastic = np.flatnonzero(natural > 0)[:MODES_SEEN]
         read = [
@@ -260,9 +300,11 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
             for damping, gamma in zip(layout.dampers, near, strict=True)
         ]
         factor = np.sqrt([layout.factor for layout in layouts[:scenarios]])
-        shown = {
-            "bare": factor[:, None] * answer.rms[0],
-            "damped": answer.rms[1 : scenarios + 1],
+        bare, damped = factor[:, None] * answer.rms[0], answer.rms[1 : scenarios + 1]
+        error = study.uncertain.log_broadband(study.samples[number], np.log(bare / damped))
+        values = {
+            "bare": bare,
+            "damped": damped * np.exp(error),
             "bare_bands": answer.band_rms[0],
             "frequency": natural[elastic],
             "ratio": ratio[elastic],
@@ -270,11 +312,15 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
             "coupon": np.concatenate([*read, np.zeros(0)]),
         }
         if len(layouts) > scenarios:
-            bands = answer.band_rms[scenarios + 1 :]
-            shown["damped_bands"] = bands.reshape(-1, bands.shape[2])
-        return shown
+            bands = answer.band_rms[scenarios + 1 :] * np.exp(error)[:, :, None]
+            values["damped_bands"] = bands.reshape(-1, bands.shape[2])
+        return values
 
-    return done + list(map_in_forks(run, range(len(done), count)))
+    def of_one_panel(numbers: Sequence[int]) -> list[dict[str, Array]]:
+        return [shown(n, *run) for n, run in zip(numbers, study.runs(numbers), strict=True)]
+
+    numbers = [range(n, min(n + DRAWS, count)) for n in range(len(done), count, DRAWS)]
+    return done + [values for runs in map_in_forks(of_one_panel, numbers) for values in runs]
 
 
 def write_margin(study: Study, damping: Path | None, output: Files) -> None:
@@ -305,7 +351,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
                 float(nominal.rms[0, p] * np.sqrt(layouts[s].factor) if panel == "bare"
                       else nominal.rms[1 + s, p]),
                 results[panel][:, s, p], limits.get(point, np.nan),
-                fitted(samples, results[panel][:, s, p], is_log=True),
+                fitted(samples, results[panel][:, s, p], is_log=True, draws=DRAWS),
             )
             for s, label in enumerate(labels)
             for p, point in enumerate(points)
@@ -320,6 +366,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     shares = [row for case in cases for row in share_rows(case, names, sources, parts)]
     main = governing(cases, size)
     errors = list(spread.uncertain.error_columns.values())
+    errors += [part for group, part in zip(groups, parts, strict=True) if group.name == BROADBAND]
     tests = test_rows(
         main.chaos,
         samples,

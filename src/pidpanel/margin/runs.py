@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from pidpanel.arrays import Array, Complexes
+from pidpanel.arrays import Array, Complexes, Index
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.margin.waves import WaveMatrix
 from pidpanel.solve.bands import band_rms
 from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.layout import sine_accelerations_g
 from pidpanel.solve.lines import trapezoid_weights
-from pidpanel.solve.modal import BarePanel, bare_panels
-from pidpanel.solve.model import ModalBasis, PatchCoordinates, Patches
+from pidpanel.solve.modal import BarePanel, chunks_of_lines, shape_coordinates
+from pidpanel.solve.model import ModalBasis, Patches
 from pidpanel.solve.motions import Motions
+from pidpanel.solve.moved_panel import MovedPanel, coupled_shapes
+from pidpanel.solve.receptances import Receptances
 from pidpanel.solve.search import find_motions, governing, iterate, starts_between
 
 LINES_PER_BANDWIDTH = 2.0  # rms within 0.2 %, see `solve.lines.frequency_grid`
@@ -47,6 +50,29 @@ class AcousticMedium(NamedTuple):
     volume: WaveMatrix | None  # of the added mass [m³]
     sides: int
 
+    def matrices(self, inputs: RunInputs) -> Callable[[Array], tuple[Array, Complexes | None]]:
+        """Return G and −ω²M_air + iωR over frequency in the modes of a run."""
+        force = self.force.in_modes(inputs.vectors)
+        volume = None if self.volume is None else self.volume.in_modes(inputs.vectors)
+        resistance = None if self.resistance is None else force
+        if self.resistance is not None and self.resistance is not self.force:
+            resistance = self.resistance.in_modes(inputs.vectors)
+
+        def matrices(f: Array) -> tuple[Array, Complexes | None]:
+            number = 2 * np.pi * f / inputs.speed
+            G = force(number)
+            if resistance is None:
+                return G, None
+            R = G if resistance is force else resistance(number)
+            omega = 2 * np.pi * f[:, None, None]
+            mass = self.sides * inputs.density * omega**2
+            air = np.empty(R.shape, complex)
+            air.imag = (mass * omega / (2 * np.pi * inputs.speed)) * R
+            air.real = 0.0 if volume is None else -mass * volume(number)
+            return G, air
+
+        return matrices
+
 
 class RunInputs(NamedTuple):
     """The inputs of a run."""
@@ -73,7 +99,7 @@ class Answers:
 
 def answers(
     inputs: RunInputs,
-    medium: AcousticMedium,
+    panel: UnitPanel,
     layouts: Sequence[DampedLayout],
     band_edges: Array,
     near: Sequence[Array] | None = None,
@@ -82,20 +108,21 @@ def answers(
 
     Parameters
     ----------
+    panel
+        The panel without dampers, from the same inputs.
     band_edges
         (n_bands, 2) of the bands whose rms values are computed too [Hz].
     near
         ln Γ of each layout near which it is searched; None searches from all sides.
     """
-    bare = _bare(inputs, medium, layouts)
-    bare_psd = bare[()].point_psd[:, :, 0, 0].real
+    bare_psd = panel.under(inputs.pressure, ()).point_psd[:, :, 0, 0].real
     psds, motions_of_layouts = [bare_psd], []
     for number, layout in enumerate(layouts):
-        panel, area = bare[layout.patches], inputs.area[list(layout.patches)]
+        bare, area = panel.under(inputs.pressure, layout.patches), inputs.area[list(layout.patches)]
         start = None if near is None else near[number]
-        gamma = _motion(layout, panel, area, start)
+        gamma = _motion(layout, bare, area, start)
         damping, mass = _read(layout, inputs.frequency, gamma)
-        psds.append(layout.factor * attach_dampers(panel, damping, mass).displacement_psd)
+        psds.append(layout.factor * attach_dampers(bare, damping, mass).displacement_psd)
         motions_of_layouts.append(gamma)
     g = (2 * np.pi * inputs.frequency[:, None]) ** 4 / STANDARD_GRAVITY**2
     acceleration = [psd * g for psd in psds]
@@ -105,36 +132,56 @@ def answers(
     return Answers(rms, tuple(motions_of_layouts), np.array(bands))
 
 
-def _bare(
-    inputs: RunInputs, medium: AcousticMedium, layouts: Sequence[DampedLayout]
-) -> dict[tuple[int, ...], BarePanel]:
-    """Return the panel without dampers by the patches that carry some."""
-    vectors, frequency = inputs.vectors, inputs.frequency
-    patches = Patches.of_rows(inputs.rows @ vectors, inputs.area)
-    force = medium.force.in_modes(vectors)
+@dataclass(frozen=True)
+class UnitPanel:
+    """The panel without dampers under a sound of 1 Pa²/Hz, seen from its points and patches."""
 
-    def number(f: Array) -> Array:
-        return 2 * np.pi * f / inputs.speed
+    frequency: Array  # (nf,) [Hz]
+    # (nf, k, k) among the motions of the points and those that the patches feel
+    receptance: Complexes  # [m/N]
+    psd: Complexes
+    points: int  # the first of the motions
+    felt: Mapping[int, Index]  # motions of each patch
 
-    air: Callable[[Array], Complexes] | None = None
-    if medium.resistance is not None:
-        shared = medium.resistance is medium.force
-        resistance = force if shared else medium.resistance.in_modes(vectors)
-        volume = None if medium.volume is None else medium.volume.in_modes(vectors)
+    @classmethod
+    def solved(cls, inputs: RunInputs, medium: AcousticMedium, patches: Sequence[int]) -> UnitPanel:
+        """Return the panel whose ``patches`` may carry dampers."""
+        vectors, frequency = inputs.vectors, inputs.frequency
+        points = inputs.points @ vectors
+        rows = [inputs.rows[patch] @ vectors for patch in patches]
+        factors = Patches.of_rows(rows, inputs.area[list(patches)]).factors(CUTOFF) if rows else []
+        motions = np.hstack([points.T, *factors])
+        matrices, parts = medium.matrices(inputs), []
+        for lines in chunks_of_lines(frequency.size, points.shape[1]):
+            part = frequency[lines]
+            force, air = matrices(part)
+            moved = MovedPanel(
+                part, inputs.basis, coupled_shapes(air, part, inputs.basis), [motions]
+            )
+            (receptance,) = moved.receptances(0, [0])
+            (psd,) = moved.psds(0, [0], force)
+            parts.append((receptance, psd))
+        receptance, psd = (np.concatenate(values) for values in zip(*parts, strict=True))
+        ends = np.cumsum([len(points), *(factor.shape[1] for factor in factors)])
+        felt = [np.arange(*slice_ends) for slice_ends in pairwise(ends.tolist())]
+        return cls(frequency, receptance, psd, len(points), dict(zip(patches, felt, strict=True)))
 
-        def air(f: Array) -> Complexes:
-            omega = 2 * np.pi * f[:, None, None]
-            mass = medium.sides * inputs.density * omega**2
-            matrix = 1j * (mass * omega / (2 * np.pi * inputs.speed)) * resistance(number(f))
-            return np.asarray(matrix if volume is None else matrix - mass * volume(number(f)))
-
-    sets = list(dict.fromkeys([*(layout.patches for layout in layouts), ()]))
-    panels = bare_panels(
-        frequency, inputs.basis, [patches.subset(loaded) for loaded in sets],
-        inputs.points @ vectors, inputs.pressure, lambda f: force(number(f)), air,
-        overlap_cutoff=CUTOFF,
-    )  # fmt: skip
-    return dict(zip(sets, panels, strict=True))
+    def under(self, pressure: Array, patches: Sequence[int]) -> BarePanel:
+        """Return it under a pressure (nf,) [Pa²/Hz], ready for dampers on some patches."""
+        of_patches = [self.felt[patch] for patch in patches]
+        felt = np.concatenate([*of_patches, np.zeros(0, int)])
+        weight = np.array([np.diag(np.isin(felt, part) * 1.0) for part in of_patches])
+        weight = weight.reshape(len(patches), felt.size, felt.size)
+        seen = np.arange(self.points)
+        level = pressure[:, None, None]
+        values = Receptances(
+            self.receptance[:, felt[:, None], felt],
+            self.receptance[:, seen[:, None], felt],
+            level * self.psd[:, felt[:, None], felt],
+            level * self.psd[:, seen[:, None], felt],
+        )
+        at_points = (pressure[:, None] * self.psd[:, seen, seen])[:, :, None, None]
+        return BarePanel(self.frequency, shape_coordinates(weight), values, at_points)
 
 
 def _read(layout: DampedLayout, frequency: Array, log_gamma: Array) -> tuple[Array, Array]:
@@ -149,11 +196,6 @@ def _motion(layout: DampedLayout, panel: BarePanel, area: Array, near: Array | N
     count = len(layout.patches)
     if not layout.follows_motion:
         return np.zeros(count)
-    if near is not None:  # in few steps, for which a decomposition of one patch does not pay
-        columns, weight, inverse = astuple(panel.coordinates)
-        if weight.ndim == 2:
-            weight = weight[:, :, None] * np.eye(weight.shape[1])
-        panel = replace(panel, coordinates=PatchCoordinates(columns, weight, inverse))
     motions = Motions(panel, area).subsampled(SEARCHED)
 
     def log_motion(log_gamma: Array) -> Array:

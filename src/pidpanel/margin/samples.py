@@ -13,6 +13,8 @@ from pidpanel.arrays import Array
 
 SEED = 50  # of the scrambling: the same study has the same samples
 KEPT = 0.98  # share of the variance of a field that its leading directions keep
+# Levels and dampers of each panel: its modes, air and receptances, most of the cost, serve all.
+DRAWS = 2
 
 
 class Group(NamedTuple):
@@ -22,6 +24,7 @@ class Group(NamedTuple):
     source: str
     # (n_inputs, n_scores) inputs, as standard normal scores or in their unit, over the scores
     mixing: Array
+    is_of_panel: bool = False  # whether another panel, or other air, has to be solved
 
     @property
     def size(self) -> int:
@@ -60,10 +63,20 @@ def joined_keys(correlation: Array) -> list[list[int]]:
 
 
 def scores(groups: Sequence[Group], runs: int) -> Array:
-    """Return Sobol' samples of the scores (runs, n); more runs continue fewer."""
-    size = sum(group.size for group in groups)
-    uniform = qmc.Sobol(size, scramble=True, rng=np.random.default_rng(SEED)).random(runs)
-    return np.asarray(norm.ppf(np.clip(uniform, 1e-9, 1 - 1e-9)))
+    """Return Sobol' samples of the scores (runs, n), an even number; more runs continue fewer.
+
+    `DRAWS` runs after one another have the same panel.
+    """
+    of_panel = np.repeat([group.is_of_panel for group in groups], [group.size for group in groups])
+    panels, size = runs // DRAWS, int(np.sum(of_panel))
+    sampler = qmc.Sobol(
+        size + DRAWS * (of_panel.size - size), scramble=True, rng=np.random.default_rng(SEED)
+    )
+    points = norm.ppf(np.clip(sampler.random(panels), 1e-9, 1 - 1e-9))
+    samples = np.empty((panels, DRAWS, of_panel.size))
+    samples[:, :, of_panel] = points[:, None, :size]
+    samples[:, :, ~of_panel] = points[:, size:].reshape(panels, DRAWS, -1)
+    return samples.reshape(-1, of_panel.size)
 
 
 def columns_of(groups: Sequence[Group]) -> list[slice]:

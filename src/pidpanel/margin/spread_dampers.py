@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -17,7 +17,7 @@ from pidpanel.margin.damping_table import (
     DampingTable,
     VariedDamping,
 )
-from pidpanel.margin.runs import AcousticMedium, DampedLayout, RunInputs, answers
+from pidpanel.margin.runs import AcousticMedium, DampedLayout, RunInputs, UnitPanel, answers
 from pidpanel.margin.samples import leading
 from pidpanel.margin.spread_panel import SpreadPanel
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 TEST_DB = -12.0  # level of an acoustic test that could be made, over that of the study
 ERROR_TERMS = 3  # scores of the error of a damping model
 SEARCHED_G = (0.3, 2000.0)  # Γ between which the nominal motion is searched
+COARSER = 2  # the change with inputs is read at every second Γ: g rms within 1e-4
 FURTHER = 4.0  # Γ of the tables beyond the nominal motions at both levels
 
 
@@ -62,13 +63,19 @@ class SpreadDampers:
             for place, table in self._tables_of(self.scenarios).items()
         }
         middle = np.zeros(len(self._keys)), np.zeros(uncertain.size)
-        nominal_answers = answers(nominal, medium, self.layouts(*middle), uncertain.band_edges)
+        bare = UnitPanel.solved(nominal, medium, self.patches)
+        nominal_answers = answers(nominal, bare, self.layouts(*middle), uncertain.band_edges)
         motions = np.concatenate([*nominal_answers.log_acceleration, np.zeros(0)])
         if self._follows and motions.size:
             low, high = np.exp([motions.min(), motions.max()])
             self._gamma = np.geomspace(low / FURTHER, high * FURTHER, ACCELERATIONS)
         self._vary(uncertain)
         self.near = nominal_answers.log_acceleration
+
+    @property
+    def patches(self) -> list[int]:
+        """Patches with a damper in some scenario."""
+        return sorted({self._names.index(name) for part in self.scenarios for name in part})
 
     def layouts(self, keys: Array, scores: Array) -> list[DampedLayout]:
         """Return the layouts at both levels, at scores of the keys and of all groups."""
@@ -89,36 +96,52 @@ class SpreadDampers:
         return layouts
 
     def _tables_of(
-        self, scenarios: Sequence[Mapping[str, FilledDamper]]
+        self, scenarios: Sequence[Mapping[str, FilledDamper]], step: int = 1
     ) -> dict[tuple[int, str], DampingTable]:
-        """Return the tables of dampers by scenario and patch; equal ones are read once."""
+        """Return the tables of dampers by scenario and patch; equal ones are read once.
+
+        ``step`` takes every n-th Γ.
+        """
         read: dict[tuple[int, float], DampingTable] = {}
         tables = {}
         for number, dampers in enumerate(scenarios):
             for patch, damper in dampers.items():
                 key = id(damper.model), damper.fill
                 if key not in read:
-                    read[key] = DampingTable.tabulated(damper, self._frequency, self._gamma)
+                    read[key] = DampingTable.tabulated(damper, self._frequency, self._gamma[::step])
                 tables[number, patch] = read[key]
         return tables
 
     def _vary(self, uncertain: UncertainStudy) -> None:
         """Read how the dampers follow their inputs, and their errors."""
-        nodes = np.insert(ENDS, len(ENDS) // 2, 0.0)
+        nodes, coarse = np.insert(ENDS, len(ENDS) // 2, 0.0), np.log(self._gamma[::COARSER])
+        hats = [np.interp(np.log(self._gamma), coarse, unit) for unit in np.eye(coarse.size)]
+        between = np.transpose(hats)
         changes: dict[tuple[int, str], list[tuple[int, PchipInterpolator]]]
         tables, changes = self._tables_of(self.scenarios), {place: [] for place in self._tables}
         for key_number, key in enumerate(uncertain.keys):
             if not key.startswith(("dampers.", "scenarios.")):
                 continue
-            at_ends = [self._tables_of(uncertain.dampers((key_number, z))) for z in ENDS]
-            for place, table in tables.items():
-                change = [end[place].values - table.values for end in at_ends]
+            ends = [uncertain.dampers((key_number, z)) for z in ENDS]
+            if key.startswith("scenarios."):
+                ends = [self._refilled(end) for end in ends]
+            at_ends = [self._tables_of(end, COARSER) for end in ends]
+            for place in at_ends[0]:
+                middle = tables[place].values[:, ::COARSER]
+                change = between @ np.array([end[place].values - middle for end in at_ends])
                 if np.any(change):
-                    change.insert(len(change) // 2, 0 * table.values)
+                    change = np.insert(change, len(ENDS) // 2, 0.0, axis=0)
                     changes[place].append((key_number, PchipInterpolator(nodes, change)))
         for (number, patch), table in tables.items():
             error = self._error(self.scenarios[number][patch])
             self._tables[number, patch] = VariedDamping(table, changes[number, patch], error)
+
+    def _refilled(self, scenarios: Sequence[Mapping[str, FilledDamper]]) -> list[Any]:
+        """Return the dampers with another fill than the nominal ones."""
+        return [
+            {patch: damper for patch, damper in dampers.items() if damper.fill != old[patch].fill}
+            for dampers, old in zip(scenarios, self.scenarios, strict=True)
+        ]
 
     def _error(self, damper: FilledDamper) -> Array:
         """Return the error (2 n_f, r) of ln C_e, then m_a, over scores; at the middle motion."""

@@ -12,7 +12,9 @@ from pydantic import BaseModel
 
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Keys, Mistake
+from pidpanel.study.particles import ImpactRestitution
 from pidpanel.study.quantity import Quantity, inside, whole
+from pidpanel.study.stated_number import OrStated, Tolerated
 
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
@@ -22,6 +24,7 @@ T = TypeVar("T")
 ENDS = NormalDist().inv_cdf(0.95)  # of a normal spread, in standard deviations
 REACH = 3.0  # standard deviations within which values are physical; samples end there
 SPECTRUM = "sound.spectrum"
+SHIFT_DB = 20.0  # largest deviation of a third octave at 95 % or the end of the spread
 FIELDS = ("diffuse", "uniform", "uncorrelated")  # whose modal force is real and tabulated
 # Keys with a spread, as patterns.
 ALLOWED = (
@@ -191,6 +194,8 @@ def _quantity(parts: Sequence[Any]) -> Quantity | None:
     for part in parts:
         if isinstance(part, Quantity):
             return part
+        if isinstance(part, OrStated):
+            part = part.number
         metadata = getattr(part, "__metadata__", ()) + get_args(part)
         if quantity := _quantity([p for p in metadata if p is not part]):
             return quantity
@@ -222,9 +227,32 @@ def mistakes_of_margin(study: Study) -> Iterator[Mistake]:
         yield Mistake(("uncertain",), "not allowed with response.modal_damping: diagonal, and "
                       "damping.level.by: element")  # fmt: skip
         return
+    errors = [entry for part in ("dampers", "scenarios")
+              for entry in _with_errors(getattr(study, part), (part,))]  # fmt: skip
+    for way, value, error in errors:
+        ends = f"{value - ENDS * error:.4g}, {value + ENDS * error:.4g}"
+        yield Mistake(way, "an error of its own does not count with uncertain; must be a spread "
+                      f"there: {{normal: [{ends}], source: …}}")  # fmt: skip
+    if errors:
+        return
     for key, spread in uncertain.items():
         yield from (m.prefix("uncertain", key) for m in _mistakes_of_key(study, key, spread))
     yield from (mistake.prefix("margin") for mistake in _mistakes_of_settings(study))
+
+
+def _with_errors(section: Any, way: Keys) -> Iterator[tuple[Keys, float, float]]:
+    """Yield ways, values and standard errors of numbers that state one."""
+    if isinstance(section, Tolerated):
+        yield way, section, section.error
+    elif isinstance(section, ImpactRestitution) and section.error:
+        yield (*way, "value"), section.value, section.error
+    entries: Any = section.items() if isinstance(section, Mapping) else ()
+    if isinstance(section, BaseModel):
+        entries = ((key, getattr(section, key)) for key in type(section).model_fields)
+    elif isinstance(section, tuple):
+        entries = enumerate(section)
+    for key, value in entries:
+        yield from _with_errors(value, (*way, key))
 
 
 def _mistakes_of_key(study: Study, key: str, spread: Spread) -> Iterator[Mistake]:
@@ -246,6 +274,9 @@ def _mistakes_of_key(study: Study, key: str, spread: Spread) -> Iterator[Mistake
     if key == SPECTRUM:
         if spread.lognormal is not None:
             yield Mistake(("lognormal",), "must be normal or uniform; levels are in dB")
+        elif not -SHIFT_DB <= spread.ends[0] == -spread.ends[1]:
+            message = f"must be -x and x, at most {SHIFT_DB:g} dB: deviations of bands about their "
+            yield Mistake((spread.kind,), f"{message}level; sound.shift_db moves all")  # fmt: skip
         return
     try:
         keys = way_of(study, key)
@@ -257,8 +288,13 @@ def _mistakes_of_key(study: Study, key: str, spread: Spread) -> Iterator[Mistake
         type_name = "no value" if value is None else f"a {type(value).__name__}"
         yield Mistake((), f"must be the key of a number; it has {type_name}")
         return
-    bounds = bounds_at(study, keys)
-    for end in sorted({spread.value(-REACH), spread.value(REACH)}):
+    bounds, reach = bounds_at(study, keys), (spread.value(-REACH), spread.value(REACH))
+    if not reach[0] <= value <= reach[1]:
+        reaches = f"it is from {reach[0]:.4g} to {reach[1]:.4g} at {REACH:g} σ"
+        message = f"must contain the number of the study, {value:g}; {reaches}"
+        yield Mistake((spread.kind,), message)
+        return
+    for end in reach:
         if bounds is not None and (message := bounds.refuses(end)):
             yield Mistake((spread.kind,), f"reaches {end:.4g} at {REACH:g} σ; {message}")
             return
@@ -285,8 +321,9 @@ def _mistakes_of_settings(study: Study) -> Iterator[Mistake]:
             if key not in study.uncertain or key == SPECTRUM:
                 yield Mistake((*keys, "keys", place), "must be a key of uncertain, not a spectrum")
                 return
-        if correlation.keys[0] == correlation.keys[1]:
-            yield Mistake((*keys, "keys"), "must be two different keys")
+        pairs = [set(other.keys) for other in margin.correlations[:index]]
+        if correlation.keys[0] == correlation.keys[1] or set(correlation.keys) in pairs:
+            yield Mistake((*keys, "keys"), "must be two different keys, each pair once")
             return
     if margin.correlations:
         import numpy as np
