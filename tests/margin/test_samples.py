@@ -6,9 +6,9 @@ import pytest
 from pidpanel.margin.samples import DRAWS, Group, scores
 
 GROUPS = [
-    Group("panel", "", np.eye(2), is_of_panel=True),
+    Group("panel", "", np.eye(2), changes_panel=True),
     Group("level", "", np.eye(3)),
-    Group("air", "", np.eye(1), is_of_panel=True),
+    Group("air", "", np.eye(1), changes_panel=True),
 ]
 OF_PANEL = [0, 1, 5]
 

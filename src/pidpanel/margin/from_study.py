@@ -90,8 +90,8 @@ class UncertainStudy:
             mixing = np.zeros((len(self.keys), len(numbers)))
             mixing[numbers] = np.linalg.cholesky(correlation[np.ix_(numbers, numbers)])
             sources = "; ".join(dict.fromkeys(uncertain[name].source for name in names))
-            of_panel = not all(name.startswith(QUICK) for name in names)
-            groups.append(Group(" and ".join(names), sources, mixing, of_panel))
+            changes_panel = not all(name.startswith(QUICK) for name in names)
+            groups.append(Group(" and ".join(names), sources, mixing, changes_panel))
         if (spread := uncertain.get(SPECTRUM)) is not None:
             octave = np.log2(self.band_edges).mean(axis=1)
             distance = np.abs(octave[:, None] - octave) / (spread.correlation_octaves or 1.0)
@@ -128,8 +128,8 @@ class UncertainStudy:
         for group, part in zip(self.groups, columns_of(self.groups), strict=True):
             if group.name == BROADBAND:
                 z = scores[part]
-        of_effect, of_rms = (self.broadband * z).T.reshape(2, -1, *(1,) * (effect.ndim - 1))
-        return np.asarray(of_effect * effect + of_rms)
+        share, rest = (self.broadband * z).T.reshape(2, -1, *(1,) * (effect.ndim - 1))
+        return np.asarray(share * effect + rest)
 
     @property
     def size(self) -> int:
@@ -289,7 +289,7 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
     scenarios = len(study.dampers.scenarios)
     tones = np.geomspace(*study.uncertain.study.response.frequency_hz, COUPON_TONES + 2)[1:-1]
 
-    def shown(
+    def results(
         number: int, answer: Answers, inputs: RunInputs, layouts: list[DampedLayout]
     ) -> dict[str, Array]:
         natural, ratio = inputs.basis.natural_frequency, inputs.basis.damping_ratio
@@ -316,11 +316,11 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
             values["damped_bands"] = bands.reshape(-1, bands.shape[2])
         return values
 
-    def of_one_panel(numbers: Sequence[int]) -> list[dict[str, Array]]:
-        return [shown(n, *run) for n, run in zip(numbers, study.runs(numbers), strict=True)]
+    def panel_runs(numbers: Sequence[int]) -> list[dict[str, Array]]:
+        return [results(n, *run) for n, run in zip(numbers, study.runs(numbers), strict=True)]
 
     numbers = [range(n, min(n + DRAWS, count)) for n in range(len(done), count, DRAWS)]
-    return done + [values for runs in map_in_forks(of_one_panel, numbers) for values in runs]
+    return done + [values for runs in map_in_forks(panel_runs, numbers) for values in runs]
 
 
 def write_margin(study: Study, damping: Path | None, output: Files) -> None:

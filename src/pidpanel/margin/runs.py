@@ -168,9 +168,9 @@ class UnitPanel:
 
     def under(self, pressure: Array, patches: Sequence[int]) -> BarePanel:
         """Return it under a pressure (nf,) [Pa²/Hz], ready for dampers on some patches."""
-        of_patches = [self.felt[patch] for patch in patches]
-        felt = np.concatenate([*of_patches, np.zeros(0, int)])
-        weight = np.array([np.diag(np.isin(felt, part) * 1.0) for part in of_patches])
+        coordinates = [self.felt[patch] for patch in patches]
+        felt = np.concatenate([*coordinates, np.zeros(0, int)])
+        weight = np.array([np.diag(np.isin(felt, part) * 1.0) for part in coordinates])
         weight = weight.reshape(len(patches), felt.size, felt.size)
         seen = np.arange(self.points)
         level = pressure[:, None, None]

@@ -24,7 +24,7 @@ class Group(NamedTuple):
     source: str
     # (n_inputs, n_scores) inputs, as standard normal scores or in their unit, over the scores
     mixing: Array
-    is_of_panel: bool = False  # whether another panel, or other air, has to be solved
+    changes_panel: bool = False  # whether another panel, or other air, has to be solved
 
     @property
     def size(self) -> int:
@@ -67,16 +67,18 @@ def scores(groups: Sequence[Group], runs: int) -> Array:
 
     `DRAWS` runs after one another have the same panel.
     """
-    of_panel = np.repeat([group.is_of_panel for group in groups], [group.size for group in groups])
-    panels, size = runs // DRAWS, int(np.sum(of_panel))
+    panel_scores = np.repeat(
+        [group.changes_panel for group in groups], [group.size for group in groups]
+    )
+    panels, size = runs // DRAWS, int(np.sum(panel_scores))
     sampler = qmc.Sobol(
-        size + DRAWS * (of_panel.size - size), scramble=True, rng=np.random.default_rng(SEED)
+        size + DRAWS * (panel_scores.size - size), scramble=True, rng=np.random.default_rng(SEED)
     )
     points = norm.ppf(np.clip(sampler.random(panels), 1e-9, 1 - 1e-9))
-    samples = np.empty((panels, DRAWS, of_panel.size))
-    samples[:, :, of_panel] = points[:, None, :size]
-    samples[:, :, ~of_panel] = points[:, size:].reshape(panels, DRAWS, -1)
-    return samples.reshape(-1, of_panel.size)
+    samples = np.empty((panels, DRAWS, panel_scores.size))
+    samples[:, :, panel_scores] = points[:, None, :size]
+    samples[:, :, ~panel_scores] = points[:, size:].reshape(panels, DRAWS, -1)
+    return samples.reshape(-1, panel_scores.size)
 
 
 def columns_of(groups: Sequence[Group]) -> list[slice]:
