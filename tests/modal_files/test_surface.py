@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pidpanel.geometry.plane_mesh import cell_areas
+from pidpanel.modal_files.model import PARTS
 from pidpanel.modal_files.orientation import oriented
-from pidpanel.modal_files.quadrature import surface_quadrature
+from pidpanel.modal_files.quadrature import node_normals, surface_quadrature
 
 RANDOM = np.random.default_rng(3)
 
@@ -137,3 +138,40 @@ def test_normal_displacements_and_overlap_of_a_patch(plate):
     np.testing.assert_allclose(
         quadrature.values(slide), np.broadcast_to(tangent[:, None], (384, 3, 1))
     )
+
+
+def second_order(position):
+    """A quadrilateral and a triangle of second order beside it: nodes, parts, elements."""
+    x = np.array([[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1],
+                  [4, 0], [3, 0], [3, 1]])  # fmt: skip
+    quad, triangle = np.arange(8), np.array([1, 8, 2, 9, 10, 5])
+    parts = [quad[PARTS[8]], triangle[PARTS[6]]]
+    parents = np.full((9, 8), -1)
+    parents[:5], parents[5:, :6] = quad, triangle
+    return position(*x.T), np.concatenate(parts), parents
+
+
+def test_parts_of_second_order_integrate_their_polynomials_exactly():
+    position, cells, parents = second_order(lambda x, y: np.stack([x, y, 0 * x], axis=1))
+    quadrature = surface_quadrature(position, cells[:, [2, 1, 0, 3]], parents)
+    x, y, _ = position.T
+    values = quadrature.values(np.stack([x**2, x * y], axis=1))
+    # 8/3 · 2 + ∫_2^4 x² (4 − x) dx, and 4 + ∫_2^4 x (4 − x)²/2 dx
+    np.testing.assert_allclose(quadrature.weight @ values, [16 / 3 + 44 / 3, 4 + 10 / 3])
+    np.testing.assert_allclose(quadrature.normal, np.outer(np.ones(36), [0, 0, -1]), atol=1e-12)
+
+
+def test_parts_of_second_order_follow_a_curved_surface():
+    """A cylinder of radius 10 about x, whose chords have 0.5 % less area and other normals."""
+
+    def rolled(x, y):
+        return np.stack([x, 10 * np.sin(y / 10 * 3), 10 * np.cos(y / 10 * 3)], axis=1)
+
+    position, cells, parents = second_order(rolled)
+    quadrature = surface_quadrature(position, cells, parents)
+    assert quadrature.weight.sum() == pytest.approx(3 * 6, rel=1e-3)
+    radial = position * [0, 0.1, 0.1]
+    cosine = (node_normals(position, cells, parents) * radial).sum(axis=1)
+    assert np.degrees(np.arccos(np.abs(cosine))).max() < 1
+    straight = (node_normals(position, cells) * radial).sum(axis=1)
+    assert np.degrees(np.arccos(np.abs(straight))).max() > 5

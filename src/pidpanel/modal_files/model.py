@@ -44,6 +44,8 @@ class ModalModel:
     static_displacement: Array = field(default_factory=lambda: np.empty((0, 3, 0)))
     remarks: tuple[str, ...] = ()  # what of the mesh is not read
     participation: Array | None = None  # (n_modes, 3) Σ m φ along x, y, z [kg]; None if not known
+    # (n_cells, 8) nodes of the elements of second order whose parts the cells are; −1 without
+    parents: Index | None = None
 
     @property
     def areal_mass(self) -> Array:
@@ -72,7 +74,7 @@ def modal_model(
             values, count = np.unique(numbers, return_counts=True)
             if count.max(initial=0) > 1:
                 raise ValueError(f"{name}: node {values[np.argmax(count)]} appears twice")
-        rows, cells, groups = _surface(mesh, shapes)
+        rows, cells, parents, groups = _surface(mesh, shapes)
         order = np.argsort(shapes.node)
         columns = order[np.searchsorted(shapes.node, mesh.node[rows], sorter=order)]
         position = unit_m * mesh.position[rows]
@@ -105,6 +107,7 @@ def modal_model(
             static,
             mesh.remarks,
             None if shapes.participation is None else mass_unit * shapes.participation,
+            parents,
         )
         if uniform_kg is not None:  # m_k = m″ ∫|φ_k|² dA
             areas = cell_areas(model.position, model.cells)
@@ -124,14 +127,16 @@ def modal_model(
     return model
 
 
-def _surface(mesh: SurfaceElements, shapes: ModeShapes) -> tuple[Index, Index, dict[str, Index]]:
-    """Return the rows of the nodes that have a displacement, cells in these, and their groups."""
+def _surface(
+    mesh: SurfaceElements, shapes: ModeShapes
+) -> tuple[Index, Index, Index, dict[str, Index]]:
+    """Return the rows of nodes that have a displacement, cells in these, parents, and groups."""
     if not len(mesh.element):
         raise ValueError("no surface elements; triangles or quadrilaterals are needed")
     rows = np.flatnonzero(np.isin(mesh.node, shapes.node))
     order = np.argsort(mesh.node[rows])
     numbers = mesh.node[rows][order]
-    parts, origins = [], []
+    parts, origins, parents = [], [], []
     for count, table in PARTS.items():
         places = [k for k, nodes in enumerate(mesh.corners) if len(nodes) == count]
         nodes = np.array([mesh.corners[k] for k in places], dtype=np.int64).reshape(-1, count)
@@ -145,11 +150,16 @@ def _surface(mesh: SurfaceElements, shapes: ModeShapes) -> tuple[Index, Index, d
             raise ValueError(f"{message} {where}; {lacking}")
         parts.append(order[index[:, table]].reshape(-1, 4))
         origins.append(np.repeat(np.array(places, dtype=np.int64), len(table)))
+        of_parts = np.full((len(origins[-1]), 8), -1)
+        if count > 4:
+            of_parts[:, :count] = np.repeat(order[index], len(table), axis=0)
+        parents.append(of_parts)
     origin = np.concatenate(origins)
     by_element = np.argsort(origin, kind="stable")
     origin, cells = origin[by_element], np.concatenate(parts)[by_element]
     groups = {name: np.flatnonzero(np.isin(origin, rows)) for name, rows in mesh.groups.items()}
-    return rows, cells, {name: group for name, group in groups.items() if group.size}
+    named = {name: group for name, group in groups.items() if group.size}
+    return rows, cells, np.concatenate(parents)[by_element], named
 
 
 def _modal_masses(shapes: ModeShapes, normalised: str, *, is_uniform: bool) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from pidpanel.arrays import Array, Index
 from pidpanel.modal_files import ModalModel
 from pidpanel.modal_files.orientation import oriented
-from pidpanel.modal_files.quadrature import surface_quadrature
+from pidpanel.modal_files.quadrature import CellQuadrature, node_normals, surface_quadrature
 from pidpanel.modal_files.residual import ResidualVectors, residual_vectors
 from pidpanel.panel.basis import basis_of
 from pidpanel.panel.mesh import PanelMesh
@@ -130,12 +130,32 @@ class ForeignStructure(AnyStructure):
     @cached_property
     def _point_direction(self) -> Array:
         """(n_points, 3) unit vectors of the motion at the points."""
-        normals = self.surface.vertex_normal[self._vertices]
+        normals = self.vertex_normal[self._vertices]
         directions = [
             normal if point.direction is None else np.array(point.direction)
             for point, normal in zip(self.observations.values(), normals, strict=True)
         ]
         return np.array([direction / np.linalg.norm(direction) for direction in directions])
+
+    @cached_property
+    def _curved(self) -> tuple[Array, Index, Index | None]:
+        """Vertices, corners (n_cells, 4) and parents of the surface; see `surface_quadrature`."""
+        cells, parents = self.surface.cells, self.model.parents
+        if parents is not None:
+            parents = parents[self._cells[1]]
+            parents = np.where(parents < 0, -1, np.searchsorted(self.nodes, parents))
+        cells = cells if cells.shape[1] == 4 else cells[:, [0, 1, 2, 2]]
+        return self.surface.vertices, cells, parents
+
+    @cached_property
+    def _quadrature(self) -> CellQuadrature:
+        """Points of the surface."""
+        return surface_quadrature(*self._curved)
+
+    @cached_property
+    def vertex_normal(self) -> Array:
+        """(n_vertices, 3) unit normals."""
+        return node_normals(*self._curved)
 
     @cached_property
     def _shapes(self) -> ResidualVectors:
@@ -148,10 +168,7 @@ class ForeignStructure(AnyStructure):
         if cases.shape[2] != len(names):
             message = f"{len(names)} groups for the {cases.shape[2]} static cases of the file"
             raise StructureRefused(("modes", "pressures"), message)
-        cells = self.surface.cells
-        quadrature = surface_quadrature(
-            self.surface.vertices, cells if cells.shape[1] == 4 else cells[:, [0, 1, 2, 2]]
-        )
+        quadrature = self._quadrature
         inside = [np.isin(self._cells[1], self._group(n, ("modes", "pressures"))) for n in names]
         pressure = np.array(inside, dtype=float)[:, quadrature.cell].T
         try:
@@ -170,8 +187,8 @@ class ForeignStructure(AnyStructure):
         self._check_mass()
         frequency, mass, displacement = self._shapes
         plate = in_plane(self, modal_plate(
-            self.surface, displacement, frequency, mass, self.patches, self._point_direction,
-            self._vertices,
+            self.vertex_normal, self._quadrature, displacement, frequency, mass, self.patches,
+            self._point_direction, self._vertices,
         ))  # fmt: skip
         is_residual = np.arange(len(frequency)) >= len(self.model.frequency)
         if self.model.participation is not None:

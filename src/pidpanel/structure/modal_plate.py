@@ -12,14 +12,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from pidpanel.arrays import Array, Flags, Index
-from pidpanel.modal_files.quadrature import surface_quadrature
+from pidpanel.modal_files.quadrature import CellQuadrature
 from pidpanel.panel.matrices import PlateMatrices
 from pidpanel.panel.shapes import Shapes
-from pidpanel.structure.surface import Surface
 
 
 def modal_plate(
-    surface: Surface,
+    vertex_normal: Array,
+    quadrature: CellQuadrature,
     displacement: Array,
     frequency: Array,
     modal_mass: Array,
@@ -31,6 +31,8 @@ def modal_plate(
 
     Parameters
     ----------
+    vertex_normal, quadrature
+        (n_vertices, 3) unit normals, and points of the surface.
     displacement
         (n_vertices, 3, n) motion of the vertices of the surface in each shape [1].
     frequency, modal_mass
@@ -40,12 +42,9 @@ def modal_plate(
     point_direction, points
         (n_points, 3) directions of the motion at the points, and their vertices (n_points,).
     """
-    n, corners = len(frequency), surface.cells
-    quadrature = surface_quadrature(
-        surface.vertices, corners if corners.shape[1] == 4 else corners[:, [0, 1, 2, 2]]
-    )
+    n = len(frequency)
     normal = quadrature.normal_displacement(displacement)
-    no_motion = sp.csr_array((len(surface.vertices), n))
+    no_motion = sp.csr_array((len(vertex_normal), n))
     unheld = sp.csr_array((0, n))
     return PlateMatrices(
         stiffness=sp.csr_array(sp.diags_array(modal_mass * (2 * np.pi * frequency) ** 2)),
@@ -53,11 +52,11 @@ def modal_plate(
         patch_overlap={
             name: sp.csr_array(quadrature.overlap(normal, cells)) for name, cells in patches.items()
         },
-        at_vertices=sp.csr_array(np.einsum("vdn,vd->vn", displacement, surface.vertex_normal)),
+        at_vertices=sp.csr_array(np.einsum("vdn,vd->vn", displacement, vertex_normal)),
         curvature_at_vertices=(no_motion,) * 3,
         shear_at_vertices=(no_motion,) * 2,
         at_points=sp.csr_array(np.einsum("pdn,pd->pn", displacement[points], point_direction)),
-        point_weight=sp.csr_array((len(points), len(surface.vertices))),
+        point_weight=sp.csr_array((len(points), len(vertex_normal))),
         quadrature_position=quadrature.position,
         quadrature_weight=quadrature.weight,
         at_quadrature=sp.csr_array(normal),
