@@ -91,14 +91,14 @@ def test_weights_are_those_of_students_t_of_each_value_and_of_all_misfits():
 
 def test_gravity_in_the_other_direction_is_noticed():
     measured = drawn(1)
-    known = identify(ATLAS, SPECIMEN, measured, KNOWN, RANGES)
+    known = identify(ATLAS, SPECIMEN, measured, EXACT, RANGES)
     assert known.gravity_odds < 0.1 and not known.is_other_gravity
     upright = replace(SPECIMEN, direction="upright")
-    mistaken = identify(ATLAS, upright, measured, KNOWN, RANGES)
+    mistaken = identify(ATLAS, upright, measured, EXACT, RANGES)
     assert mistaken.is_other_gravity
     # along the motion no particle would move below 1 g
     slow = replace(measured, tones=TONES._replace(acceleration_g=TONES.acceleration_g / 6))
-    assert identify(ATLAS, upright, slow, KNOWN, RANGES).gravity_odds == 0
+    assert identify(ATLAS, upright, slow, EXACT, RANGES).gravity_odds == 0
 
 
 def test_the_probability_is_that_of_students_t():

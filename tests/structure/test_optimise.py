@@ -18,7 +18,12 @@ from tests.structures import COMMON, CURVED, NORMAL, PANEL, grid_of, in_space
 SEARCH = {
     **{key: value for key, value in COMMON.items() if key != "scenarios"},
     "response": {"frequency_hz": [30, 150]},
-    "optimise": {"mass_kg": 0.5, "patch_size_m": [0.2, 0.2], "patches_at_most": 2},
+    "optimise": {
+        "mass_kg": 0.5,
+        "patch_size_m": [0.2, 0.2],
+        "spacing_m": [0.2, 0.2],
+        "patches_at_most": 2,
+    },
 }
 
 

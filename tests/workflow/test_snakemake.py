@@ -73,8 +73,6 @@ def test_a_dry_run_of_an_empty_folder_leaves_no_results(tmp_path, write_study, t
 
 
 def test_commands_know_what_is_left_and_make_it(copied):
-    done = pidpanel(copied, "status", "small.yaml")
-    assert done.returncode == 0 and "small: complete" in said(done)
     shutil.rmtree(copied / "results" / "small" / "response" / "export")
     left = pidpanel(copied, "status", "small.yaml")
     assert left.returncode == 1 and "small: not complete" in said(left)
@@ -140,7 +138,8 @@ def test_a_further_configfile_takes_the_place_of_values(made, tmp_path):
 
 def test_graphs_and_summaries_name_every_rule(made):
     for option in ("--rulegraph", "--dag"):
-        assert all(f'"{name}' in said(snakemake(made, option)) for name in ALL)
+        graph = said(snakemake(made, option))
+        assert all(f'"{name}' in graph for name in ALL)
     rows = snakemake(made, "--summary").stdout.splitlines()
     plans = [line.split("\t")[-1] for line in rows if line.startswith("results/")]
     assert len(plans) > 20 and set(plans) == {"no update"}

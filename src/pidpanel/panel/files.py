@@ -8,12 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 import scipy.sparse as sp
 import xarray as xr
 
-from pidpanel.arrays import Array, described_variables, variable
+from pidpanel.arrays import Array, Index, described_variables, variable
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate, Stretching
 from pidpanel.provenance.results import read_netcdf
@@ -93,9 +92,15 @@ def write_shapes(path: Path, basis: PanelBasis) -> None:
     for i, frequency in enumerate(basis.natural_frequency):
         kind = "residual" if basis.is_residual[i] else "mode"
         shapes[f"{kind}_{i + 1:03d}_{frequency:.2f}_hz"] = basis.shape_at_vertices[:, i]
-    position = in_space(basis.vertex_position)
-    kind = {4: "quad", 3: "triangle"}[basis.cells.shape[1]]
-    meshio.Mesh(position, [(kind, basis.cells)], point_data=shapes).write(path)
+    write_vtu(path, basis.vertex_position, basis.cells, shapes)
+
+
+def write_vtu(path: Path, position: Array, cells: Index, data: Mapping[str, Array]) -> None:
+    """Write values at vertices, by name, to a VTU file."""
+    import meshio  # slow to import, for files alone
+
+    kind = {4: "quad", 3: "triangle"}[cells.shape[1]]
+    meshio.Mesh(in_space(position), [(kind, cells)], point_data=dict(data)).write(path)
 
 
 def in_space(position: Array) -> Array:

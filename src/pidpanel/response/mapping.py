@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-import meshio
 import numpy as np
 import xarray as xr
 
 from pidpanel.arrays import Array, Index, variable
-from pidpanel.panel.files import in_space
+from pidpanel.panel.files import write_vtu
 from pidpanel.provenance.files import Files
 from pidpanel.response.cases import ResponseScenario, own_force_of
 from pidpanel.response.panel import ResponsePanel
@@ -49,9 +48,8 @@ def map_dataset(
 def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
     """Write a VTU file for each case, and ``maps.pvd`` with all of them as steps."""
     folder.mkdir(exist_ok=True)
-    position = in_space(dataset["vertex_position"].to_numpy())
+    position = dataset["vertex_position"].to_numpy()
     cells = dataset["cells"].to_numpy()
-    kind = {4: "quad", 3: "triangle"}[cells.shape[1]]
     entries = []
     for step in range(dataset.sizes["case"]):
         case = dataset.isel(case=step)
@@ -66,7 +64,7 @@ def write_paraview(folder: Path, dataset: xr.Dataset) -> None:
                 key = f"{name}_{unit}_{layer}".replace(" ", "_")
                 data[key] = values.sel(layer=layer).to_numpy()
         name = f"{case['scenario'].item()}.vtu"
-        meshio.Mesh(position, [(kind, cells)], point_data=data).write(folder / name)
+        write_vtu(folder / name, position, cells, data)
         entries.append(f'<DataSet timestep="{step}" part="0" file={quoteattr(name)}/>')
     (folder / "maps.pvd").write_text(
         '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n'

@@ -29,7 +29,7 @@ class SectionModel(BaseModel):
     """A frozen section of a study that refuses unknown keys."""
 
     # docstrings of keys are for the schema, which reads them itself: pydantic does at each import
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     removed_keys: ClassVar[Mapping[str, str]] = {}  # keys of earlier versions, a message for each
     forms: ClassVar[tuple[tuple[str, ...], ...]] = ()  # keys that go together; one form is required
