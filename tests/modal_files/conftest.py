@@ -9,6 +9,7 @@ import scipy.linalg
 WIDTH, HEIGHT, AREAL_MASS = 1.2, 0.8, 3.0  # [m], [kg/m²]
 MODES = [(1, 1), (2, 1), (1, 2), (3, 1)]
 COUNT = 12, 8  # elements
+SIGNS = 2 * np.eye(3, 4) - 1  # (3, 4) directions of four motions, all with |φ|² of 3
 
 
 class Plate(NamedTuple):

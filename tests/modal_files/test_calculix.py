@@ -197,6 +197,20 @@ def test_a_result_with_shells_is_its_own_mesh(plate, tmp_path):
     assert {name: len(cells) for name, cells in model.groups.items()} == {"1": 48, "2": 48}
 
 
+def test_elements_without_all_their_nodes_and_twice_are_refused(plate, tmp_path):
+    path, text = tmp_path / "plate.frd", elements(9, plate.corners)
+    for broken in (text.replace("\n -2 ", "\n -2 x", 1), text.replace("\n -2", "\n -2        77")):
+        path.write_text(with_elements(frd(plate), broken))
+        with pytest.raises(ValueError, match="nodes of element '1    9    0    2' cannot be read"):
+            read_modes(path, unit_m=1.0)
+    solids = np.hstack([plate.corners, 10000 + plate.corners])
+    path.write_text(with_elements(frd(plate), elements(1, solids)))
+    with pytest.raises(ValueError, match=r"node 10\d+ of an element is not there"):
+        read_modes(path, unit_m=1.0)
+    with pytest.raises(ValueError, match=r"ELEMENT cannot be read .*element 100 appears twice"):
+        read(tmp_path, frd(plate), inp(plate) + "*Element, type=S4\n100,5,8,11,14\n")
+
+
 def expanded(plate, layers=1):
     """Solids of a plate, 0.1 m thick, with a stretch in thickness besides its modes."""
     levels = np.arange(layers + 1)

@@ -5,6 +5,7 @@ import pytest
 import pyuff
 
 from pidpanel.modal_files import read_modes
+from tests.modal_files.conftest import SIGNS
 
 # Elements 100 and 103 and node 101, by the specification of data set 2467
 GROUPS = (
@@ -126,7 +127,7 @@ def test_quadratic_elements_go_round_their_nodes(plate, tmp_path):
         node=np.arange(1, 9),
         position=np.array([[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]]) @ np.eye(2, 3),
         corners=np.arange(1, 9)[None],
-        displacement=np.ones((8, 3, 4)),
+        displacement=np.ones((8, 1, 1)) * SIGNS,
     )  # fmt: skip
     path = write(tmp_path / "plate.uff", eight)
     path.write_text(path.read_text().replace("        94", "        95").replace(
@@ -190,6 +191,9 @@ def test_broken_universal_files_are_refused(plate, tmp_path):
         ),
         "data set 2412: an element after": text.replace(
             "         7         1         1         4\n", "\n", 1
+        ),
+        "its nodes are in the frames 0, 5; one for all is allowed": text.replace(
+            f"{plate.node[0]:10}{0:10}{0:10}", f"{plate.node[0]:10}{0:10}{5:10}", 1
         ),
         "data set 2411: its values are not rows of 7": text.replace(
             "    -1\n    -1\n  2412", "1 2\n    -1\n    -1\n  2412"

@@ -82,8 +82,10 @@ def refused(grid, tmp_path, message, **options):
     ("name", "values", "message"),
     [
         ("frequencies", [4, 3, 2, 1], r"mode 2 has 3 Hz after 4 Hz"),
-        ("frequencies", [-1, 3, 4, 5], r"mode 1 has -1 Hz; 0 or more"),
+        ("frequencies", [-1, 3, 4, 5], r"mode 1 has -1 Hz; 0 to 1e"),
         ("frequencies", [1, 3, np.nan, 5], r"mode 3 has nan Hz"),
+        ("frequencies", [1, 3, 4, 1e300], r"mode 4 has 1e\+300 Hz; 0 to 1e\+06 is allowed"),
+        ("frequencies", [0, 0, 0, 0], "modes are rigid motions alone"),
         ("frequencies", [1, 3], "4 arrays mode_1 … of points and 2 frequencies"),
         ("modal_masses", [1, 0, 1, 1], "mode 2 has no modal mass; state normalised: mass"),
         ("modal_masses", [1.0, -2, 1, 1], "mode 2 has a modal mass of -2; it must be positive"),
@@ -121,6 +123,13 @@ def test_other_broken_models_are_refused(plate, tmp_path):
     grid = grid_of(plate)
     grid.point_data["mode_3"][:] = 0
     refused(grid, tmp_path, "mode 3 has no displacement on the surface")
+    grid.point_data["mode_3"] = -2 * grid.point_data["mode_2"]
+    refused(grid, tmp_path, "modes 2 and 3 have the same shape")
+    grid = grid_of(plate)
+    grid.points[grid.cells[1:5]] = grid.points[grid.cells[1]]
+    refused(grid, tmp_path, "an element at node [0-9]+ has no area")
+    grid.points[6] = np.nan
+    refused(grid, tmp_path, "node 7: its position is not finite")
     grid = grid_of(plate)
     del grid.point_data["mode_3"]
     refused(grid, tmp_path, "array mode_3 is missing; it has 4")

@@ -139,10 +139,12 @@ def _model(
     if len(models) == 1:
         (((length, scaled), model),) = models.items()
         return model, length, scaled
-    if not models and refused[0]:
+    if not models and (refused[0] or unit):
         hint = " (--mass-normalised, or --uniform-kg)" * ("no modal mass" in refused[0])
-        raise ValueError(refused[0] + hint)
-    names = ", ".join(f"{length:g}" for length, _ in models if length) or "none of the usual ones"
+        raise ValueError((refused[0] or refused[-1]) + hint)
+    if not models:
+        raise ValueError(f"{file}: no usual unit gives a likely size and mass; --unit-m states it")
+    names = ", ".join(f"{length:g}" for length, _ in models if length)
     raise ValueError(f"{file}: its unit of length is not clear, possible are {names}: --unit-m")
 
 

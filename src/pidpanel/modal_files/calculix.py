@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,7 @@ WEDGE = "132 456 1254 2365 3146", "12 23 31 45 56 64 14 25 36"
 TETRAHEDRON = "321 241 342 143", "12 23 31 14 24 34"
 # Shells of a result, and the nodes below and above of solids that shells were expanded to
 RESULT_SHELLS = {7, 8, 9, 10}
+RESULT_NODES = {7: 3, 8: 6, 9: 4, 10: 8, 1: 8, 2: 6, 4: 20, 5: 15}
 EXPANDED = {
     1: ([0, 1, 2, 3], [4, 5, 6, 7]),
     2: ([0, 1, 2], [3, 4, 5]),
@@ -66,6 +68,15 @@ def read_shapes(path: Path) -> ModeShapes:
     return shapes._replace(advice="; *NODE FILE needs OUTPUT=2D for shells")
 
 
+class ResultElement(NamedTuple):
+    """An element of a result."""
+
+    number: int
+    kind: int
+    material: str
+    nodes: list[int]
+
+
 def read_result_mesh(path: Path) -> SurfaceElements:
     """Read the shells of a result; where it has solids, the middle of those made of shells.
 
@@ -73,31 +84,53 @@ def read_result_mesh(path: Path) -> SurfaceElements:
     materials.
     """
     node, position = np.empty(0, dtype=np.int64), np.empty((0, 3))
-    elements: list[tuple[int, int, str, list[int]]] = []
+    elements: list[ResultElement] = []
     for section in END.split(bytes_of(path)):
         head, mark, text = section.partition(b"\n -1")
         if re.search(rb"^    2C", head, re.MULTILINE):
             node, position = _table(path, mark[1:] + text, int(head.split()[-1]))
         elif re.search(rb"^    3C", head, re.MULTILINE):
-            for line in re.split(rb"\n -1", mark + text)[1:]:
-                number, kind, _, material, *nodes = map(int, line.replace(b"\n -2", b"").split())
-                elements.append((number, kind, f"{material}", nodes))
-    shells = [element for element in elements if element[1] in RESULT_SHELLS]
-    chosen = shells or [element for element in elements if element[1] in EXPANDED]
+            elements += _result_elements(path, mark + text)
+    shells = [element for element in elements if element.kind in RESULT_SHELLS]
+    chosen = shells or [element for element in elements if element.kind in EXPANDED]
     groups: dict[str, list[int]] = {}
     for place, element in enumerate(chosen):
-        groups.setdefault(element[2], []).append(place)
-    numbers = [element[0] for element in chosen]
+        groups.setdefault(element.material, []).append(place)
+    numbers = [element.number for element in chosen]
     if shells or not chosen:
-        return SurfaceElements(node, position, numbers, [e[3] for e in shells], groups)
+        return SurfaceElements(node, position, numbers, [shell.nodes for shell in shells], groups)
+    corners, sides, middle = _middle(path, node, position, chosen)
+    remarks = ("solids are taken as shells, in their middle",)
+    new = 1 + np.arange(len(middle))
+    return SurfaceElements(new, middle, numbers, corners, groups, None, remarks, sides)
+
+
+def _result_elements(path: Path, text: bytes) -> Iterator[ResultElement]:
+    """Yield the elements of a result; refuse those without all their nodes."""
+    for line in re.split(rb"\n -1", text)[1:]:
+        fields = line.replace(b"\n -2", b"").split()
+        is_read = len(fields) > 4 and all(map(bytes.isdigit, fields))
+        number, kind, _, material, *nodes = map(int, fields) if is_read else 5 * [0]
+        if not is_read or len(nodes) != RESULT_NODES.get(kind, len(nodes)):
+            place = line[:60].split(b"\n")[0].decode("latin-1").strip()
+            raise ValueError(f"{path}: nodes of element '{place}' cannot be read")
+        yield ResultElement(number, kind, f"{material}", nodes)
+
+
+def _middle(
+    path: Path, node: Index, position: Array, solids: list[ResultElement]
+) -> tuple[list[list[int]], Index, Array]:
+    """Return corners of the middle of solids, and each node's sides (n, 2) and place (n, 3)."""
     bottom, top = (
-        [[nodes[k] for k in EXPANDED[kind][side]] for _, kind, _, nodes in chosen]
+        [[solid.nodes[k] for k in EXPANDED[solid.kind][side]] for solid in solids]
         for side in (0, 1)
     )
     if not set(chain(*bottom)).isdisjoint(chain(*top)):
         message = "solids lie one on another, so that no surface is clear"
         raise ValueError(f"{path}: {message}; state the input, with a *SURFACE")
     pairs = np.array([list(chain(*bottom)), list(chain(*top))]).T
+    if not (present := np.isin(pairs, node)).all():
+        raise ValueError(f"{path}: node {pairs[~present][0]} of an element is not there")
     order = np.argsort(node)
     middle = position[order[np.searchsorted(node, pairs, sorter=order)]].mean(axis=1)
     grain = COINCIDENT * np.ptp(position, axis=0).max()  # at kinks pairs differ, middles do not
@@ -106,11 +139,7 @@ def read_result_mesh(path: Path) -> SurfaceElements:
     )
     counts = np.cumsum([len(nodes) for nodes in bottom])[:-1]
     corners = [part.tolist() for part in np.split(1 + vertex.ravel(), counts)]
-    remarks = ("solids are taken as shells, in their middle",)
-    new = 1 + np.arange(len(first))
-    return SurfaceElements(
-        new, middle[first], numbers, corners, groups, None, remarks, pairs[first]
-    )
+    return corners, pairs[first], middle[first]
 
 
 def _table(path: Path, text: bytes, form: int) -> tuple[Index, Array]:
@@ -148,6 +177,8 @@ def read_mesh(path: Path) -> SurfaceElements:
                 if match is not None:
                     width = 1 + int(match[1])
                     for row in np.array(numbers).reshape(-1, width).tolist():
+                        if row[0] in kinds:
+                            raise ValueError(f"element {row[0]} appears twice")
                         kinds[row[0]] = kind, row[1:]
                         if "ELSET" in options:
                             sets.setdefault(options["ELSET"], []).append(row[0])

@@ -25,6 +25,8 @@ AREAL_MASSES = 0.02, 2000.0  # least and greatest mean of a mode [kg/m²]
 RIGID = 0.05  # greatest frequency [Hz] that is rounding of a rigid motion's
 LARGEST_SPREAD = 50.0  # of the mass per area of modes that are declared as mass-normalised
 NORMALISED = 1e-3  # deviation of a modal mass of 1, or of a largest component of 1
+HIGHEST = 1e6  # greatest frequency [Hz]
+SAME_SHAPE = 1e-8  # difference of the shapes of two modes that are one, by its square
 COINCIDENT = 1e-4  # share of the extent by which nodes of two files may differ
 
 
@@ -78,6 +80,8 @@ def modal_model(
         order = np.argsort(shapes.node)
         columns = order[np.searchsorted(shapes.node, mesh.node[rows], sorter=order)]
         position = unit_m * mesh.position[rows]
+        if not (finite := np.isfinite(position).all(axis=1)).all():
+            raise ValueError(f"node {mesh.node[rows[finite.argmin()]]}: its position is not finite")
         extent = float(np.ptp(position, axis=0).max())
         if not EXTENTS[0] <= extent <= EXTENTS[1]:
             message = f"the structure is {extent:g} m large with unit_m = {unit_m:g}"
@@ -133,6 +137,9 @@ def _surface(
     """Return the rows of nodes that have a displacement, cells in these, parents, and groups."""
     if not len(mesh.element):
         raise ValueError("no surface elements; triangles or quadrilaterals are needed")
+    for number, members in zip(mesh.element, mesh.corners, strict=True):
+        if len(members) not in PARTS:
+            raise ValueError(f"element {number} has {len(members)} nodes, not 3, 4, 6 or 8")
     rows = np.flatnonzero(np.isin(mesh.node, shapes.node))
     order = np.argsort(mesh.node[rows])
     numbers = mesh.node[rows][order]
@@ -150,10 +157,10 @@ def _surface(
             raise ValueError(f"{message} {where}; {lacking}")
         parts.append(order[index[:, table]].reshape(-1, 4))
         origins.append(np.repeat(np.array(places, dtype=np.int64), len(table)))
-        of_parts = np.full((len(origins[-1]), 8), -1)
+        elements = np.full((len(origins[-1]), 8), -1)
         if count > 4:
-            of_parts[:, :count] = np.repeat(order[index], len(table), axis=0)
-        parents.append(of_parts)
+            elements[:, :count] = np.repeat(order[index], len(table), axis=0)
+        parents.append(elements)
     origin = np.concatenate(origins)
     by_element = np.argsort(origin, kind="stable")
     origin, cells = origin[by_element], np.concatenate(parts)[by_element]
@@ -198,20 +205,31 @@ def _check(model: ModalModel, is_implied: bool) -> None:
     frequency = model.frequency
     if not frequency.size:
         raise ValueError("no real normal modes of displacements")
-    if not (np.isfinite(frequency) & (frequency >= 0)).all():
-        k = int(np.argmin(np.where(np.isfinite(frequency), frequency, -np.inf)))
-        raise ValueError(f"mode {1 + k} has {frequency[k]:g} Hz; 0 or more is allowed")
+    if (wrong := ~((frequency >= 0) & (frequency <= HIGHEST))).any():
+        k = int(np.argmax(wrong))
+        raise ValueError(f"mode {1 + k} has {frequency[k]:g} Hz; 0 to {HIGHEST:g} is allowed")
+    if not frequency.any():
+        raise ValueError("modes are rigid motions alone")
     if (falling := np.diff(frequency) < 0).any():
         k = int(np.argmax(falling))
         message = f"mode {2 + k} has {frequency[k + 1]:g} Hz after {frequency[k]:g} Hz"
         raise ValueError(f"{message}; frequencies must rise")
-    for name, values in (("position", model.position), ("displacement", model.displacement),
+    for name, values in (("displacement", model.displacement),
                          ("static case", model.static_displacement)):  # fmt: skip
         if not np.isfinite(values).all():
             node = model.node_number[np.argwhere(~np.isfinite(values))[0][0]]
             raise ValueError(f"node {node}: its {name} is not finite")
     if (still := ~model.displacement.any(axis=(0, 1))).any():
         raise ValueError(f"mode {1 + np.argmax(still)} has no displacement on the surface")
+    shapes = model.displacement.reshape(-1, len(frequency))
+    shapes = shapes / np.linalg.norm(shapes, axis=0)
+    pairs = np.argwhere(np.triu(1 - (shapes.T @ shapes) ** 2 < SAME_SHAPE, 1))
+    if len(pairs):
+        raise ValueError(f"modes {1 + pairs[0, 0]} and {1 + pairs[0, 1]} have the same shape")
+    area = cell_areas(model.position, model.cells)
+    if not area.min() > 0:
+        node = model.node_number[model.cells[area.argmin(), 0]]
+        raise ValueError(f"an element at node {node} has no area")
     areal = float(np.median(model.areal_mass))
     if not AREAL_MASSES[0] <= areal <= AREAL_MASSES[1]:
         message = f"modes move {areal:g} kg/m² of the surface"

@@ -105,12 +105,12 @@ def _points(
     values = np.zeros(columns.shape)
     values[:, :, :4] = shape
     count = np.zeros(len(cells)) if parents is None else (parents >= 0).sum(axis=1)
-    for nodes, of_nodes in NODES.items():
+    for nodes, local in NODES.items():
         curved = np.flatnonzero(count == nodes)
         if parents is None or not curved.size:
             continue
         parent = parents[curved, :nodes]
-        corner = of_nodes[(cells[curved][:, :, None] == parent[:, None]).argmax(axis=2)]
+        corner = local[(cells[curved][:, :, None] == parent[:, None]).argmax(axis=2)]
         value, slopes = _second_order(nodes, shape @ corner)
         columns[curved, :, :nodes] = parent[:, None]
         values[curved, :, :nodes] = value
@@ -125,9 +125,9 @@ def _points(
 def _second_order(nodes: int, place: Array) -> tuple[Array, Array]:
     """Return shapes (…, nodes) at places (…, 2) and their slopes (2, …, nodes)."""
     powers = POWERS[:nodes]
-    of_nodes = np.linalg.inv(np.prod(NODES[nodes][:, None] ** powers, axis=2))
+    inverse = np.linalg.inv(np.prod(NODES[nodes][:, None] ** powers, axis=2))
     slopes = []
     for axis in (0, 1):
         lower = np.maximum(powers - np.eye(2, dtype=int)[axis], 0)
-        slopes.append(powers[:, axis] * np.prod(place[..., None, :] ** lower, axis=-1) @ of_nodes)
-    return np.prod(place[..., None, :] ** powers, axis=-1) @ of_nodes, np.stack(slopes)
+        slopes.append(powers[:, axis] * np.prod(place[..., None, :] ** lower, axis=-1) @ inverse)
+    return np.prod(place[..., None, :] ** powers, axis=-1) @ inverse, np.stack(slopes)

@@ -60,6 +60,9 @@ def read_mesh(path: Path) -> SurfaceElements:
     for name, numbers in named.items():
         groups[name] = [place[number] for number in numbers if number in place]
     table = np.concatenate(nodes) if nodes else np.empty((0, 7))
+    if len(frames := np.unique(table[:, 1:3], axis=0)) > 1:
+        names = ", ".join(f"{int(frame)}" for frame in np.unique(frames))
+        raise ValueError(f"{path}: its nodes are in the frames {names}; one for all is allowed")
     return SurfaceElements(table[:, 0].astype(int), table[:, 4:], element, corners, groups)
 
 
