@@ -42,7 +42,7 @@ ALLOWED = {
     "energy": UPSTREAM | {"response"},
     "coupled": UPSTREAM,
     "optimise": UPSTREAM | {"response", "base", "severity"},
-    "margin": UPSTREAM | {"response"},
+    "margin": UPSTREAM | {"response", "measurement"},
     "severity": UPSTREAM | {"response", "base"},
     "measurement": UPSTREAM | {"response", "base"},
     "identify": UPSTREAM | {"measurement"},

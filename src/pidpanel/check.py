@@ -135,6 +135,10 @@ def check_panel(study: Study) -> Iterator[Mistake]:
         from pidpanel.measurement.from_study import mistakes_of_files
 
         yield from mistakes_of_files(study)
+    if study.update is not None:
+        from pidpanel.margin.update.from_study import mistakes_of_files as mistakes_of_tests
+
+        yield from mistakes_of_tests(study)
     if study.sound is not None:
         yield from check_spectrum(study.sound, study.response, study.energy)
     yield from _check_masses(study.panel)

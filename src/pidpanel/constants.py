@@ -25,3 +25,6 @@ ATLAS = "atlas"  # name of the damping model of the table of simulated beds
 PLACING_CARDS = re.compile(
     "GRID|GRDSET|INCLUDE|BEGIN|END|SE[A-Z]+|CQUAD|CTRIA|CTRAX|CSHEAR|CHEX|CTETRA|CPENTA|CPYRAM|="
 )
+
+# Standard deviations of an uncertain input within which its values are physical; samples end there.
+REACH = 3.0

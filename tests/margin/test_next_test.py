@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from pidpanel.margin.assessment import PointAnswer
 from pidpanel.margin.chaos import fitted
 from pidpanel.margin.next_test import Observable, joined, posterior, remaining
 from pidpanel.margin.next_test import test_rows as rows_of
 
 RNG = np.random.default_rng(11)
-SCORES = RNG.standard_normal((256, 3))
+SCORES = RNG.standard_normal((256, 3)).clip(-3, 3)  # where spreads end
 
 
 def test_of_a_linear_answer_the_normal_distribution_is_left():
@@ -81,9 +82,12 @@ def test_the_most_useful_measurement_comes_first_and_two_leave_no_more_than_one(
         "weak": Observable(SCORES[:, 1:2], np.array([0.3])),
         "strong": Observable(SCORES[:, :1], np.array([0.3])),
     }
-    rows = rows_of(chaos, SCORES, tests, [])
-    assert [row["measurement"] for row in rows] == ["strong", "weak", "weak and strong"]
-    assert rows[2]["share_left"] < rows[0]["share_left"]
+    answer = PointAnswer("A", "1", "damped", 0.0, chaos(SCORES), np.nan, chaos)
+    rows = rows_of(answer, answer.drawn(3), SCORES, tests, [])
+    names = [row["measurement"] for row in rows]
+    assert names == ["none", "strong", "weak", "weak and strong"]
+    assert rows[3]["share_left"] < rows[1]["share_left"]
+    assert rows[0]["interval_width_g"] == pytest.approx(2 * 1.6449 * np.sqrt(5), rel=0.02)
 
 
 def test_an_acoustic_test_tells_nothing_of_the_spectrum_of_the_launch():

@@ -6,7 +6,7 @@ from pidpanel.report.html import Page, render
 from pidpanel.report.inputs import SpreadResults
 from pidpanel.report.margin_section import margin_first, margin_headline, margin_section
 
-PLACE = {"scenario": "A", "point": "326", "panel": "damped"}
+PLACE = {"scenario": "A", "point": "326", "panel": "damped", "inputs": "stated"}
 
 
 def results(level="median"):

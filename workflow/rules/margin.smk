@@ -9,6 +9,8 @@ rule margin:
         ranges=results("margin/ranges.csv"),
         shares=results("margin/shares.csv"),
         next_test=results("margin/next_test.csv"),
+        inputs=[results("margin/inputs.csv")] if STUDY.update else [],
+        update=[results("margin/update.csv")] if STUDY.update else [],
     log:
         results("margin/margin.log"),
     benchmark:
@@ -21,6 +23,7 @@ rule margin:
         damping=lambda wildcards: results("damping") if SURFACES else None,
         study=section(
             *("damping", "panel", "sound", "response", "limits", "uncertain", "margin"),
+            *("measurements", "update"),
             without={"response": {"maps"}, "damping": {"coupled"}},
         ),
         dampers=used_dampers(),

@@ -134,6 +134,11 @@ def run_study(file: Path, directory: Path, jobs: int, options: Sequence[str] = (
 
             margins = read_by_point(results / study.name / "severity" / "margins.csv")
             print(*margin_lines(study, margins), sep="\n")
+        if isinstance(study, Study) and study.update is not None:
+            from pidpanel.report.from_study import spread_of
+            from pidpanel.report.margin_section import update_lines
+
+            print(*update_lines(spread_of(study, results / study.name), {}), sep="\n")
         print(page.absolute())
     return status
 

@@ -39,13 +39,13 @@ class PointAnswer(NamedTuple):
         return self.chaos(z)
 
 
-def range_row(answer: PointAnswer, size: int, factor_of_safety: float) -> dict[str, Any]:
-    """Return the range of an answer, the probability to exceed its limit, margins of safety.
+def range_row(answer: PointAnswer, drawn: Array, factor_of_safety: float) -> dict[str, Any]:
+    """Return the range of samples of an answer, the probability to exceed its limit, margins.
 
     The margin of safety is limit/(FoS · σ) − 1, which for an allowable of three times the limit is
     allowable/(FoS · 3σ) − 1, with σ the g rms that 50 % or 95 % of the samples do not exceed.
     """
-    drawn, limit = answer.drawn(size), answer.limit
+    limit = answer.limit
     low, middle, high = np.quantile(drawn, LEVELS)
     has_limit = np.isfinite(limit)
     return {

@@ -8,7 +8,7 @@ Sudret 2011). Levels, masses and damping multiply g rms, so that its logarithm n
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import factorial
 
@@ -17,6 +17,7 @@ from numpy.polynomial.hermite_e import hermevander
 from scipy.stats import norm, qmc
 
 from pidpanel.arrays import Array, Index
+from pidpanel.constants import REACH
 
 # With 4 in place of 3, runs far from the middle are missed: Q² of 0.948 in place of 0.980 for the
 # worst answer of `margin_launch.yaml`.
@@ -36,6 +37,8 @@ class Chaos:
     coefficient: Array  # (n_terms,)
     q2: float  # share of the variance explained in runs left out
     is_log: bool = False  # the polynomial is that of the logarithm
+    # (n,) differences from runs left out, of the logarithm if so
+    missed: Array = field(default_factory=lambda: np.zeros(1))
 
     def __call__(self, scores: Array) -> Array:
         """Return the answer (n,) at scores (n, n_scores)."""
@@ -64,7 +67,11 @@ class Chaos:
 
 
 def polynomials(degrees: Index, scores: Array) -> Array:
-    """Return orthonormal Hermite polynomials (n, n_terms) of scores (n, n_scores)."""
+    """Return orthonormal Hermite polynomials (n, n_terms) of scores (n, n_scores).
+
+    Scores end at `REACH`, where spreads do: a polynomial does not extrapolate.
+    """
+    scores = np.clip(scores, -REACH, REACH)
     highest = int(degrees.max(initial=0))
     size = np.sqrt([factorial(k) for k in range(highest + 1)])
     values = np.ones((len(degrees), len(scores)))
@@ -75,14 +82,14 @@ def polynomials(degrees: Index, scores: Array) -> Array:
     return np.ascontiguousarray(values.T)
 
 
-def candidates(scores: Array, answer: Array) -> Index:
+def candidates(scores: Array, answer: Array, degree: int = DEGREE) -> Index:
     """Return degrees (n_terms, n_scores) of the terms to choose from.
 
     Powers of all scores; products of two, to the third degree, of those with the largest effects.
     """
     count = scores.shape[1]
     unit = np.eye(count, dtype=int)
-    terms = [0 * unit[:1], *(power * unit for power in range(1, DEGREE + 1))]
+    terms = [0 * unit[:1], *(power * unit for power in range(1, degree + 1))]
     effect = np.abs((answer - answer.mean()) @ polynomials(np.vstack([unit, 2 * unit]), scores))
     effect = np.maximum(*effect.reshape(2, count))
     strong = np.argsort(effect)[::-1][:PAIRED]
@@ -92,7 +99,9 @@ def candidates(scores: Array, answer: Array) -> Index:
     return np.vstack(terms)
 
 
-def fitted(scores: Array, answer: Array, is_log: bool = False, draws: int = 1) -> Chaos:
+def fitted(
+    scores: Array, answer: Array, is_log: bool = False, draws: int = 1, degree: int = DEGREE
+) -> Chaos:
     """Return the chaos of an answer (n,), or of its logarithm, at scores (n, n_scores).
 
     Q² is that of the answer itself. It is counted in folds, each with a selection of its own: the
@@ -107,17 +116,20 @@ def fitted(scores: Array, answer: Array, is_log: bool = False, draws: int = 1) -
     [1.0, 0.2, 0.0]
     """
     target = np.log(answer) if is_log else answer
-    error, fold = 0.0, np.arange(len(answer)) // draws % FOLDS
+    predicted, fold = np.empty(len(answer)), np.arange(len(answer)) // draws % FOLDS
     for number in range(FOLDS):
         unseen = fold == number
-        part = replace(_selection(scores[~unseen], target[~unseen], draws), is_log=is_log)
-        error += float(np.sum((part(scores[unseen]) - answer[unseen]) ** 2))
+        part = _selection(scores[~unseen], target[~unseen], draws, degree)
+        predicted[unseen] = part(scores[unseen])
+    missed, value = target - predicted, np.exp(predicted) if is_log else predicted
     spread = max(float(np.sum((answer - answer.mean()) ** 2)), 1e-300)
-    return replace(_selection(scores, target, draws), q2=1 - error / spread, is_log=is_log)
+    q2 = 1 - float(np.sum((value - answer) ** 2)) / spread
+    chaos = _selection(scores, target, draws, degree)
+    return replace(chaos, q2=q2, is_log=is_log, missed=missed)
 
 
-def _selection(scores: Array, answer: Array, draws: int) -> Chaos:
-    n, degrees = len(answer), candidates(scores, answer)
+def _selection(scores: Array, answer: Array, draws: int, degree: int) -> Chaos:
+    n, degrees = len(answer), candidates(scores, answer, degree)
     matrix = polynomials(degrees, scores)
     size = np.linalg.norm(matrix, axis=0)
     spread = max(float(np.sum((answer - answer.mean()) ** 2)), 1e-300)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,8 +25,8 @@ from pidpanel.margin.assessment import (
 )
 from pidpanel.margin.chaos import fitted
 from pidpanel.margin.damping_table import LEAST
-from pidpanel.margin.next_test import remaining, test_rows
-from pidpanel.margin.observations import MODES_SEEN, measurements_of
+from pidpanel.margin.next_test import test_rows
+from pidpanel.margin.observations import measurements_of
 from pidpanel.margin.runs import (
     LINES_PER_BANDWIDTH,
     AcousticMedium,
@@ -36,8 +37,16 @@ from pidpanel.margin.runs import (
     answers,
 )
 from pidpanel.margin.samples import DRAWS, Group, columns_of, joined_keys, leading, scores
-from pidpanel.margin.spread_dampers import ERROR_TERMS, SpreadDampers
+from pidpanel.margin.spread_dampers import ERROR_TERMS, TEST_DB, SpreadDampers
 from pidpanel.margin.spread_panel import SpreadPanel
+from pidpanel.margin.update.from_study import (
+    CouponTones,
+    TestContext,
+    coupon_tones,
+    level_of_test,
+    results_of,
+)
+from pidpanel.margin.update.updated import Updated, input_rows
 from pidpanel.margin.waves import WaveMatrix
 from pidpanel.panel.from_study import StudiedPanel
 from pidpanel.progress import map_in_forks
@@ -53,7 +62,8 @@ from pidpanel.sound.spectrum import pressure_psd
 from pidpanel.sound.wavenumber_table import Table
 from pidpanel.study import Study
 from pidpanel.study.structure import Structure
-from pidpanel.study.uncertain import SPECTRUM, correlation_matrix, judged_scenarios, varied
+from pidpanel.study.uncertain import SHIFT, SPECTRUM, correlation_matrix, judged_scenarios, varied
+from pidpanel.study.update import MODES_SEEN
 
 ENDS = 2.0  # scores of the panels whose shapes the family has besides the nominal ones
 FEWER_RUNS = (128,)  # after which the surrogate may be good enough
@@ -166,6 +176,11 @@ class UncertainStudy:
                 return group.mixing @ scores[part]
         return np.zeros(len(self.band_edges))
 
+    def all_levels(self, scores: Array) -> Array:
+        """Return `levels` with the deviation of ``sound.shift_db``."""
+        stated = self.study.acoustics.shift_db
+        return self.levels(scores) + self.values(scores).get(SHIFT, stated) - stated
+
     def dampers(self, end: tuple[int, float] | None = None) -> list[dict[str, FilledDamper]]:
         """Return the dampers by patch of each judged scenario, with one key at a score."""
         study = self.study if end is None else self.at_end(*end)
@@ -174,6 +189,18 @@ class UncertainStudy:
             dict(scenario_of(study, scenario, scenario.label, damper_of).dampers)
             for scenario in judged_scenarios(study)
         ]
+
+    @cached_property
+    def test_db(self) -> float:
+        """Level of an acoustic test over that of the study [dB]."""
+        level = level_of_test(self.study)
+        return TEST_DB if level is None else level
+
+    @cached_property
+    def coupon(self) -> CouponTones | None:
+        """What was measured of a coupon."""
+        update = self.study.update
+        return coupon_tones(update.coupon) if update and update.coupon else None
 
     @property
     def factors(self) -> list[float]:
@@ -279,9 +306,26 @@ class SpreadStudy:
                 pressure = self._pressure(self._first + number, inputs.frequency)
                 inputs = inputs._replace(pressure=pressure * 10 ** (deviation / 10))
             layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
-            if number >= TESTED:
+            update = self.uncertain.study.update
+            if number >= TESTED and not (update and update.acoustic):
                 layouts = layouts[: len(self.dampers.scenarios)]
             yield answers(inputs, panel, layouts, edges, self.dampers.near), inputs, layouts
+
+    def coupon(self, samples: Array) -> Array | None:
+        """Return ln C_e (n, n_tones) of the coupon that was measured, at samples of the scores."""
+        tones, update = self.uncertain.coupon, self.uncertain.study.update
+        if tones is None or update is None or update.coupon is None:
+            return None
+        places = [(n, patch) for n, part in enumerate(self.dampers.scenarios) for patch in part]
+        named = update.coupon.patch or places[0][1]
+        number = next(n for n, patch in places if patch == named)
+        place, values = list(self.dampers.scenarios[number]).index(named), []
+        for row in samples:
+            layout = self.dampers.layouts(self.uncertain.key_scores(row), row)[number]
+            points = zip(tones.frequency, tones.acceleration_g.tolist(), strict=True)
+            read = [layout.dampers[place](np.array([f]), gamma)[0] for f, gamma in points]
+            values.append(np.log(np.maximum(np.concatenate(read), LEAST)))
+        return np.array(values)
 
 
 def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list[dict[str, Array]]:
@@ -308,7 +352,7 @@ def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list
             "bare_bands": answer.band_rms[0],
             "frequency": natural[elastic],
             "ratio": ratio[elastic],
-            "level": study.uncertain.levels(study.samples[number]),
+            "level": study.uncertain.all_levels(study.samples[number]),
             "coupon": np.concatenate([*read, np.zeros(0)]),
         }
         if len(layouts) > scenarios:
@@ -331,11 +375,11 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     damping
         Folder of the surfaces of simulated tones; None for a study without any.
     output
-        runs, a NetCDF file, and ranges, shares and next_test, CSV tables.
+        runs, a NetCDF file, and ranges, shares and next_test, CSV tables; inputs and update with
+        the section ``update``.
     """
     spread = SpreadStudy(study, damping)
-    groups, size, limit = spread.uncertain.groups, spread.uncertain.size, len(spread.samples)
-    parts = columns_of(groups)
+    limit = len(spread.samples)
     nominal, _, layouts = spread.run(-1)
     labels = [scenario.label for scenario in judged_scenarios(study)]
     points = list(spread.panel.basis.point_names)
@@ -361,36 +405,49 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
         print(f"{count} runs: Q² at least {worst:.4f}", file=sys.stderr)
         if worst >= ENOUGH:
             break
-    ranges = [range_row(case, size, study.margin.factor_of_safety) for case in cases]
-    names, sources = [g.name for g in groups], [g.source for g in groups]
-    shares = [row for case in cases for row in share_rows(case, names, sources, parts)]
-    main = governing(cases, size)
-    errors = list(spread.uncertain.error_columns.values())
-    errors += [part for group, part in zip(groups, parts, strict=True) if group.name == BROADBAND]
-    tests = test_rows(
-        main.chaos,
-        samples,
-        measurements_of(
-            results,
-            study.margin.test_errors,
-            spread.uncertain.band_edges,
-            [part for group, part in zip(groups, parts, strict=True) if group.name == SPECTRUM],
-        ),
-        errors,
-    )
-    width = float(np.ptp(np.quantile(main.drawn(size), (0.05, 0.95))))
-    unmeasured = {"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": width}
-    without_test = remaining(main.chaos, np.eye(size))[1]
-    for row in tests:
-        row["interval_width_g"] *= width / without_test
-    for name, rows in (("ranges", ranges), ("shares", shares)):
+    tables = _tables(spread, results, cases)
+    for name, rows in tables.items():
         write_csv(getattr(output, name), pd.DataFrame(rows))
-    write_csv(
-        output.next_test, pd.DataFrame([{**main.place, **row} for row in [unmeasured, *tests]])
-    )
     _runs_dataset(spread, results, samples, labels, points).assign_attrs(stamp(study)).to_netcdf(
         output.runs, engine="scipy"
     )
+
+
+def _tables(
+    spread: SpreadStudy, runs: Mapping[str, Array], cases: Sequence[PointAnswer]
+) -> dict[str, list[dict[str, Any]]]:
+    """Return ranges, shares and next tests with the stated spreads, and after tests."""
+    uncertain, study = spread.uncertain, spread.uncertain.study
+    groups, size, factor = uncertain.groups, uncertain.size, study.margin.factor_of_safety
+    names, sources, parts = [g.name for g in groups], [g.source for g in groups], columns_of(groups)
+    samples, errors = spread.samples[: len(runs["level"])], [*uncertain.error_columns.values()]
+    errors += [part for name, part in zip(names, parts, strict=True) if name == BROADBAND]
+    main, edges = governing(cases, size), uncertain.band_edges
+    unseen = [part for name, part in zip(names, parts, strict=True) if name in (SPECTRUM, SHIFT)]
+    possible = measurements_of(runs, study.margin.test_errors, edges, unseen, uncertain.test_db)
+    stated = {"inputs": "stated"}
+    tables = {
+        "ranges": [stated | range_row(case, case.drawn(size), factor) for case in cases],
+        "shares": [stated | row for case in cases
+                   for row in share_rows(case, names, sources, parts)],
+        "next_test": [stated | main.place | row
+                      for row in test_rows(main, main.drawn(size), samples, possible, errors)],
+    }  # fmt: skip
+    if study.update is not None:
+        points = spread.panel.basis.point_names
+        context = TestContext(study, runs, edges, points, spread.coupon(samples), unseen)
+        updated, updates = Updated.by(samples, results_of(context), errors), {"inputs": "updated"}
+        tables["ranges"] += [updates | range_row(c, updated.drawn(c), factor) for c in cases]
+        tables["shares"] += [updates | r for r in updated.share_rows(main, names, sources, parts)]
+        further = test_rows(main, updated.drawn(main), samples, possible, errors, updated.normal)
+        tables["next_test"] += [updates | main.place | row for row in further]
+        values = [
+            np.array([list(uncertain.values(row).values()) for row in scores])
+            for scores in (updated.stated, updated.scores)
+        ]
+        tables["inputs"] = input_rows(uncertain.keys, *values)
+        tables["update"] = updated.tests
+    return tables
 
 
 def _runs_dataset(

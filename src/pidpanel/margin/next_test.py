@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg as la
 
 from pidpanel.arrays import Array
+from pidpanel.margin.assessment import PointAnswer
 from pidpanel.margin.chaos import Chaos
 
 DRAWN = 2**14  # pairs of samples
@@ -39,6 +40,13 @@ class Observable(NamedTuple):
     unseen: Sequence[slice] = ()
 
 
+class ScoreDistribution(NamedTuple):
+    """Mean (n,) and covariance (n, n) of the scores."""
+
+    mean: Array
+    covariance: Array
+
+
 def joined(
     scores: Array, measurements: Sequence[Observable], damping: Sequence[slice] = ()
 ) -> tuple[Array, Array]:
@@ -50,7 +58,7 @@ def joined(
         Scores of the errors of damping models.
     """
     design = np.hstack([np.ones((len(scores), 1)), scores])
-    gains, errors, kinds, common = [], [], [], []
+    gains, errors = [], []
     for part in measurements:
         runs = design[: len(part.values)]
         solution, _, rank, _ = np.linalg.lstsq(runs, part.values, rcond=None)
@@ -66,22 +74,30 @@ def joined(
             B[:, columns] *= part.common_damping
         gains.append(B)
         errors.append(variance)
-        kinds += [part.kind] * len(B)
-        common += [part.common] * len(B)
-    same = np.equal.outer(np.array(kinds), np.array(kinds))
-    return np.vstack(gains), np.diag(np.concatenate(errors)) + same * np.outer(common, common)
+    return np.vstack(gains), np.diag(np.concatenate(errors)) + common_errors(measurements)
 
 
-def posterior(gain: Array, error: Array) -> Array:
+def common_errors(measurements: Sequence[Observable]) -> Array:
+    """Return the covariance (n, n) of errors that measurements of a kind have in common."""
+    counts = [part.values.shape[1] for part in measurements]
+    kinds = np.repeat([part.kind for part in measurements], counts)
+    common = np.repeat([part.common for part in measurements], counts)
+    return np.asarray(np.equal.outer(kinds, kinds) * np.outer(common, common))
+
+
+def posterior(gain: Array, error: Array, prior: Array | None = None) -> Array:
     """Return the covariance C (n, n) of the scores after a test with B and R.
+
+    ``prior`` (n, n) is their covariance before it; by default 1.
 
     Examples
     --------
     >>> posterior(np.array([[1.0, 0.0]]), np.array([[1.0]])).tolist()
     [[0.5, 0.0], [0.0, 1.0]]
     """
-    inner = error + gain @ gain.T
-    return np.asarray(np.eye(gain.shape[1]) - gain.T @ la.solve(inner, gain, assume_a="pos"))
+    initial = np.eye(gain.shape[1]) if prior is None else prior
+    cross = gain @ initial
+    return np.asarray(initial - cross.T @ la.solve(error + cross @ gain.T, cross, assume_a="pos"))
 
 
 def _root(covariance: Array) -> Array:
@@ -89,14 +105,19 @@ def _root(covariance: Array) -> Array:
     return np.asarray(vector * np.sqrt(np.maximum(value, 0.0)))
 
 
-def remaining(chaos: Chaos, covariance: Array) -> tuple[float, float]:
+def remaining(
+    chaos: Chaos, covariance: Array, prior: ScoreDistribution | None = None
+) -> tuple[float, float]:
     """Return the share of the variance that is left after a test, and the width of the interval.
+
+    The share is that of the variance with ``prior``, by default the stated spreads.
 
     The width is that from 5 to 95 % about the result of the test, on average over results: of the
     difference of two samples with the same mean, over √2.
     """
     size, rng = len(covariance), np.random.default_rng(1)
-    mean = rng.standard_normal((DRAWN, size)) @ _root(np.eye(size) - covariance).T
+    centre, initial = prior or ScoreDistribution(np.zeros(size), np.eye(size))
+    mean = centre + rng.standard_normal((DRAWN, size)) @ _root(initial - covariance).T
     scatter = rng.standard_normal((2, DRAWN, size)) @ _root(covariance).T
     first, second = chaos(mean + scatter[0]), chaos(mean + scatter[1])
     variance = (np.var(first) + np.var(second)) / 2
@@ -106,14 +127,26 @@ def remaining(chaos: Chaos, covariance: Array) -> tuple[float, float]:
 
 
 def test_rows(
-    chaos: Chaos, scores: Array, measurements: Mapping[str, Observable], damping: Sequence[slice]
+    answer: PointAnswer,
+    drawn: Array,
+    scores: Array,
+    measurements: Mapping[str, Observable],
+    damping: Sequence[slice],
+    prior: ScoreDistribution | None = None,
 ) -> list[dict[str, Any]]:
-    """Return what each measurement, and any two, would leave; the most useful of each first."""
+    """Return what no, each measurement, and any two, would leave; the most useful of each first.
+
+    ``drawn`` (n,) are samples of the answer before them, with ``prior`` of the scores.
+    """
+    initial = np.eye(scores.shape[1]) if prior is None else prior.covariance
+    chaos, width = answer.chaos, float(np.ptp(np.quantile(drawn, INTERVAL)))
+    scale = width / remaining(chaos, initial, prior)[1]
     single = [(name,) for name in measurements]
-    rows = []
+    rows = [{"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": width}]
     for names in (*single, *combinations(measurements, 2)):
         parts = [measurements[name] for name in names]
-        share, width = remaining(chaos, posterior(*joined(scores, parts, damping)))
+        covariance = posterior(*joined(scores, parts, damping), initial)
+        share, width = remaining(chaos, covariance, prior)
         rows.append({"measurement": " and ".join(names), "tests": len(names),
-                     "share_left": share, "interval_width_g": width})  # fmt: skip
+                     "share_left": share, "interval_width_g": scale * width})  # fmt: skip
     return sorted(rows, key=lambda row: (row["tests"], row["share_left"]))

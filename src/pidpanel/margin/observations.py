@@ -9,24 +9,28 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.margin.next_test import Observable
-from pidpanel.margin.spread_dampers import TEST_DB
 
-MODES_SEEN, FEW_MODES = 6, 3  # of a modal survey, of an impact test
+FEW_MODES = 3  # of an impact test
 
 
 def measurements_of(
-    results: Mapping[str, Array], errors: Any, edges: Array, spectrum: Sequence[slice] = ()
+    results: Mapping[str, Array],
+    errors: Any,
+    edges: Array,
+    spectrum: Sequence[slice] = (),
+    test_db: float = -12.0,
 ) -> dict[str, Observable]:
     """Return the measurements that could be made, with what the runs show of independent.
 
     ``results`` has what the runs show, ``edges`` (n_bands, 2) the bands of levels [Hz], and
-    ``spectrum`` the scores of the launch spectrum.
+    ``spectrum`` the scores of the launch spectrum; ``test_db`` is the level of acoustic tests over
+    that of the study.
     """
     modal, relative = np.log(results["frequency"]), errors.frequency
     count = modal.shape[1]
     ratio, ratio_error = np.log(results["ratio"]), errors.damping_ratio
     lowest = min(FEW_MODES, count)
-    level = np.log10(np.maximum(_octaves(10 ** (results["level"] / 10), edges), 1e-30)) * 10
+    level = octave_levels(10 ** (results["level"] / 10), edges)
     spread = {
         "modal survey": Observable(
             np.hstack([modal, ratio]), np.repeat([relative, ratio_error], count)
@@ -44,10 +48,9 @@ def measurements_of(
         # of the sound that the test had
         thirds = results[f"{name}_bands"] ** 2
         thirds = thirds / 10 ** (results["level"][: len(thirds)] / 10)[:, None]
-        power = _octaves(thirds, edges).reshape(len(thirds), -1)
-        values = 10 * np.log10(np.maximum(power, 1e-30))
+        values = octave_levels(thirds, edges).reshape(len(thirds), -1)
         independent = np.full(values.shape[1], decibels)
-        label = f"acoustic test at {TEST_DB:g} dB, {name}"
+        label = f"acoustic test at {test_db:g} dB, {name}"
         spread[label.replace("-", "−")] = Observable(
             values,
             independent,
@@ -62,6 +65,7 @@ def measurements_of(
     return spread
 
 
-def _octaves(thirds: Array, edges: Array) -> Array:
-    """Return sums of three thirds (…, n_bands) independent; the last may have fewer."""
-    return np.add.reduceat(thirds, np.arange(0, len(edges), 3), axis=-1)
+def octave_levels(thirds: Array, edges: Array) -> Array:
+    """Return levels [dB] of octaves of powers in thirds (…, n_bands); the last may have fewer."""
+    power = np.add.reduceat(thirds, np.arange(0, len(edges), 3), axis=-1)
+    return np.asarray(10 * np.log10(np.maximum(power, 1e-30)))

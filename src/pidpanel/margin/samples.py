@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from pidpanel.arrays import Array
+from pidpanel.constants import REACH
 
 SEED = 50  # of the scrambling: the same study has the same samples
 KEPT = 0.98  # share of the variance of a field that its leading directions keep
@@ -74,7 +75,7 @@ def scores(groups: Sequence[Group], runs: int) -> Array:
     sampler = qmc.Sobol(
         size + DRAWS * (panel_scores.size - size), scramble=True, rng=np.random.default_rng(SEED)
     )
-    points = norm.ppf(np.clip(sampler.random(panels), 1e-9, 1 - 1e-9))
+    points = np.clip(norm.ppf(sampler.random(panels)), -REACH, REACH)
     samples = np.empty((panels, DRAWS, panel_scores.size))
     samples[:, :, panel_scores] = points[:, None, :size]
     samples[:, :, ~panel_scores] = points[:, size:].reshape(panels, DRAWS, -1)

@@ -52,6 +52,7 @@ class SpreadDampers:
         study = uncertain.study
         self._names, self._keys = panel.basis.patch_names, uncertain.keys
         self.scenarios, self.factors = uncertain.dampers(), uncertain.factors
+        self.test_db = uncertain.test_db
         self._follows = study.damping.level.acceleration_g is None
         self._frequency = np.geomspace(*study.response.frequency_hz, FREQUENCIES)
         stated = np.array([study.damping.level.acceleration_g or 1.0])
@@ -67,8 +68,10 @@ class SpreadDampers:
         nominal_answers = answers(nominal, bare, self.layouts(*middle), uncertain.band_edges)
         motions = np.concatenate([*nominal_answers.log_acceleration, np.zeros(0)])
         if self._follows and motions.size:
-            low, high = np.exp([motions.min(), motions.max()])
-            self._gamma = np.geomspace(low / FURTHER, high * FURTHER, ACCELERATIONS)
+            low, high = np.exp([motions.min(), motions.max()]) * [1 / FURTHER, FURTHER]
+            tones = [low, high] if uncertain.coupon is None else uncertain.coupon.acceleration_g
+            ends = min(low, *tones), max(high, *tones)
+            self._gamma = np.geomspace(*ends, ACCELERATIONS)
         self._vary(uncertain)
         self.near = nominal_answers.log_acceleration
 
@@ -80,7 +83,7 @@ class SpreadDampers:
     def layouts(self, keys: Array, scores: Array) -> list[DampedLayout]:
         """Return the layouts at both levels, at scores of the keys and of all groups."""
         layouts = []
-        for decibels in (0.0, TEST_DB):
+        for decibels in (0.0, self.test_db):
             for number, (dampers, factor) in enumerate(
                 zip(self.scenarios, self.factors, strict=True)
             ):

@@ -46,7 +46,7 @@ RESPONSE = {
 }  # fmt: skip
 ENERGY = {"bands": "bands.csv", "psd": "psd.nc", "summary": "summary.csv"}
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength")
-MARGIN = ("ranges", "shares", "next_test")
+MARGIN, UPDATE = ("ranges", "shares", "next_test"), ("inputs", "update")
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 
 
@@ -84,6 +84,8 @@ def stage_files(study: Study, results: Path) -> dict[str, Files]:
     if study.uncertain:
         names["margin"] = {name: f"margin/{name}.csv" for name in MARGIN}
         names["margin"]["runs"] = "margin/runs.nc"
+        if study.update is not None:
+            names["margin"] |= {name: f"margin/{name}.csv" for name in UPDATE}
     if study.measurements:
         measured = ("measured", "differences")
         names["measurement"] = {name: f"measurement/{name}.csv" for name in measured}

@@ -77,6 +77,12 @@ def _steps(study: CouponStudy, file: Path) -> list[tuple[str, str]]:
     return [run_step(file, decks), files_step(study.name)]
 
 
+def spread_of(study: Study, folder: Path) -> inputs.SpreadResults:
+    """Read what the margin stage left of a study with spreads; ``folder`` has its results."""
+    margin, level, is_updated = study.margin, study.acoustics.level, study.update is not None
+    return inputs.read_spread(folder / "margin", margin.factor_of_safety, level, is_updated)
+
+
 def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
     """Read what pages of studies with a panel have in common."""
     panel, measured = folder / "panel", None
@@ -106,11 +112,7 @@ def read_panel_inputs(study: Study, folder: Path) -> inputs.PanelInputs:
         proposal=inputs.read_proposal(folder / "optimise", study.optimise.objective)
         if study.optimise
         else None,
-        spread=inputs.read_spread(
-            folder / "margin", study.margin.factor_of_safety, study.acoustics.level
-        )
-        if study.uncertain
-        else None,
+        spread=spread_of(study, folder) if study.uncertain else None,
     )
 
 

@@ -62,6 +62,8 @@ class SpreadResults(NamedTuple):
     next_test: pd.DataFrame  # ``margin/next_test.csv``
     factor_of_safety: float  # ``margin.factor_of_safety``
     level: str | None = None  # ``sound.level``
+    update: pd.DataFrame | None = None  # ``margin/update.csv``; None without tests
+    inputs: pd.DataFrame | None = None  # ``margin/inputs.csv``
 
 
 class ProposalResults(NamedTuple):
@@ -211,10 +213,16 @@ def read_proposal(folder: Path, objective: str) -> ProposalResults:
     return ProposalResults(**tables, search=search, objective=objective)
 
 
-def read_spread(folder: Path, factor_of_safety: float, level: str | None) -> SpreadResults:
+def read_spread(
+    folder: Path, factor_of_safety: float, level: str | None, is_updated: bool
+) -> SpreadResults:
     """Read what the margin stage left."""
     tables = _tables(folder, "ranges", "shares", "next_test")
-    return SpreadResults(**tables, factor_of_safety=factor_of_safety, level=level)
+    files = [folder / f"{name}.csv" for name in ("update", "inputs")]
+    made = [read_csv(file) if is_updated else None for file in files]
+    return SpreadResults(
+        tables["ranges"], tables["shares"], tables["next_test"], factor_of_safety, level, *made
+    )
 
 
 def read_severity(folder: Path, stated: Severity) -> SeverityResults:

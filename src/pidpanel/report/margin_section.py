@@ -11,37 +11,70 @@ from matplotlib.figure import Figure
 
 from pidpanel.report import html, style
 from pidpanel.report.inputs import SpreadResults
-from pidpanel.report.templates import sentence
+from pidpanel.report.templates import lines, sentence
 from pidpanel.report.text import records
 
 LARGEST = 8  # shares that the figure shows
 BAR = 0.32  # height of a bar
+IMPROBABLE = 1e-3  # as `margin.update.posterior`
+NARROWED = 0.9  # width of the interval of an input over that before the tests
 KINDS = {"damped": style.PLACES[0], "bare": style.BARE}
 
 
 def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str, Any]:
     """Return what the templates need: the governing answer, its shares, tests."""
-    ranges, tests = results.ranges, results.next_test
-    place = tests.iloc[0][["scenario", "point", "panel"]]
-    is_main = (ranges[list(place.index)] == place).all(axis=1)
-    bare = ranges[(ranges["scenario"] == place["scenario"]) & (ranges["point"] == place["point"])]
-    shares = results.shares[(results.shares[list(place.index)] == place).all(axis=1)]
+    place = results.next_test.iloc[0][["scenario", "point", "panel"]]
+
+    def at_place(table: pd.DataFrame, state: str, **other: str) -> pd.DataFrame:
+        wanted = pd.Series({**place, "inputs": state, **other})
+        return table[(table[list(wanted.index)] == wanted).all(axis=1)]
+
+    ranges = results.ranges.assign(name=[names.get(s, s) for s in results.ranges["scenario"]])
+    last = "stated" if results.update is None else "updated"
+    tests = at_place(results.next_test, last)
     single, pairs = (tests[tests["tests"] == count] for count in (1, 2))
     return {
-        "main": dict(ranges[is_main].iloc[0]),
-        "bare": dict(bare[bare["panel"] == "bare"].iloc[0]),
+        "main": dict(at_place(ranges, "stated").iloc[0]),
+        "bare": dict(at_place(ranges, "stated", panel="bare").iloc[0]),
+        "updated": dict(at_place(ranges, last).iloc[0]),
         "name": names.get(place["scenario"], place["scenario"]),
-        "shares": records(shares),
+        "shares": records(at_place(results.shares, "stated")),
+        "left": records(at_place(results.shares, last)),
         "unmeasured": dict(tests.iloc[0]),
         "tests": records(single),
         "pairs": records(pairs.head(5)),
-        "ranges": [{**row, "name": names.get(row["scenario"], row["scenario"])}
-                   for row in records(_by_point(ranges))],
+        "ranges": records(_by_point(ranges)),
         "factor": results.factor_of_safety,
         "has_limit": bool(ranges["limit_g"].notna().any()),
         "is_stated": results.level == "p95_50",
         "worst_q2": float(ranges["q2"].min()),
-    }  # fmt: skip
+        **made_tests(results),
+    }
+
+
+def made_tests(results: SpreadResults) -> dict[str, Any]:
+    """Return the tests that have been made, the refused ones, and the inputs that they changed."""
+    if results.update is None or results.inputs is None:
+        return {"made": [], "refused": [], "together": 1.0, "changed": []}
+    farthest = results.update["score"].abs().groupby(results.update["test"], sort=False).idxmax()
+    tests = results.update.loc[farthest]
+    is_refused = tests["probability"] < IMPROBABLE
+    inputs = results.inputs
+    width, stated = (inputs[f"{w}_p95"] - inputs[f"{w}_p05"] for w in ("updated", "stated"))
+    changed = inputs.assign(narrowed=width / stated).sort_values("narrowed")
+    return {
+        "made": tests.loc[~is_refused, "test"].tolist(),
+        "refused": records(tests[is_refused]),
+        "together": float(tests["probability_together"].iloc[0]),
+        "changed": records(changed[changed["narrowed"] < NARROWED]),
+    }
+
+
+def update_lines(results: SpreadResults, names: Mapping[str, str]) -> list[str]:
+    """Return what tests changed, and those that contradict the stated spreads, in sentences."""
+    return (
+        [] if results.update is None else lines("margin_update.html", margin_values(results, names))
+    )
 
 
 def _by_point(ranges: pd.DataFrame) -> pd.DataFrame:
@@ -55,7 +88,8 @@ def _by_point(ranges: pd.DataFrame) -> pd.DataFrame:
 
 def margin_headline(results: SpreadResults, names: Mapping[str, str]) -> str:
     """Return the answer: the range, the margin of safety, the probability, the next test."""
-    return sentence("margin_headline.html", margin_values(results, names))
+    stated = sentence("margin_headline.html", margin_values(results, names))
+    return " ".join([stated, *update_lines(results, names)])
 
 
 def margin_first(results: SpreadResults, names: Mapping[str, str]) -> html.Fragment:
@@ -76,6 +110,7 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
     """Draw the 5 to 95 % of g rms as bars, bare and damped, with median, nominal and limit."""
     table = pd.DataFrame(rows).drop_duplicates(["panel", "point", "p50_g"], ignore_index=True)
     table["title"] = np.where(table["panel"] == "bare", "bare", table["name"])
+    table["title"] += np.where(table["inputs"] == "updated", ", after tests", "")
     points = list(dict.fromkeys(table["point"]))
     figure = Figure(
         figsize=(6.4, 0.7 + 0.26 * len(table) + 0.15 * len(points)), layout="constrained"
@@ -86,7 +121,8 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
         for row in records(group.sort_values("panel", kind="stable")):
             width = row["p95_g"] - row["p05_g"]
             colour = KINDS[row["panel"]]
-            axes.barh(y, width, BAR * 2, left=row["p05_g"], color=colour, alpha=0.75)
+            alpha = 1.0 if row["inputs"] == "updated" else 0.6
+            axes.barh(y, width, BAR * 2, left=row["p05_g"], color=colour, alpha=alpha)
             axes.plot([row["p50_g"]] * 2, [y - BAR, y + BAR], color="white", linewidth=2)
             axes.plot(row["nominal_g"], y, "D", color="black", markersize=3.5)
             ticks.append((y, f"{point}, {row['title']}"))

@@ -35,6 +35,7 @@ from pidpanel.study.stated_dampers import DamperSection, ModelText
 from pidpanel.study.structure import PanelOrStructure, with_structure
 from pidpanel.study.surroundings import opposite, setting
 from pidpanel.study.uncertain import Margin, Spread, mistakes_of_margin
+from pidpanel.study.update import Update
 
 
 class Study(CouponStudy):
@@ -76,6 +77,8 @@ class Study(CouponStudy):
     """Spreads of inputs by their keys joined with dots, such as ``panel.damping_ratio``."""
     margin: Margin = Margin()
     """What is judged with the spreads of ``uncertain``."""
+    update: Update | None = None
+    """Results of tests, with which the answer of ``uncertain`` is updated."""
     measurements: Mapping[str, Measurement] = {}
     """Measured PSDs and transmissibilities to draw over computed ones, by name."""
     claims: tuple[Claim, ...] = ()

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar, get_args
 
 from pydantic import BaseModel
 
+from pidpanel.constants import REACH
 from pidpanel.study.base import SectionModel, Text
 from pidpanel.study.mistakes import Keys, Mistake
 from pidpanel.study.particles import ImpactRestitution
 from pidpanel.study.quantity import Quantity, inside, whole
 from pidpanel.study.stated_number import OrStated, Tolerated
+from pidpanel.study.update import judged_like, mistakes_of_update, tested_scenarios
 
 if TYPE_CHECKING:
     from pidpanel.study.study import Study
@@ -22,8 +24,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 ENDS = NormalDist().inv_cdf(0.95)  # of a normal spread, in standard deviations
-REACH = 3.0  # standard deviations within which values are physical; samples end there
-SPECTRUM = "sound.spectrum"
+SPECTRUM, SHIFT = "sound.spectrum", "sound.shift_db"
 SHIFT_DB = 20.0  # largest deviation of a third octave at 95 % or the end of the spread
 FIELDS = ("diffuse", "uniform", "uncorrelated")  # whose modal force is real and tabulated
 # Keys with a spread, as patterns.
@@ -216,6 +217,8 @@ def mistakes_of_margin(study: Study) -> Iterator[Mistake]:
     if not uncertain:
         if "margin" in study.model_fields_set:
             yield Mistake(("margin",), "only allowed with uncertain")
+        if study.update is not None:
+            yield Mistake(("update",), "only allowed with uncertain")
         return
     if study.sound is None or study.sound.field not in FIELDS:
         yield Mistake(("uncertain",), "only allowed for a diffuse, uniform or uncorrelated sound")
@@ -238,6 +241,8 @@ def mistakes_of_margin(study: Study) -> Iterator[Mistake]:
     for key, spread in uncertain.items():
         yield from (m.prefix("uncertain", key) for m in _mistakes_of_key(study, key, spread))
     yield from (mistake.prefix("margin") for mistake in _mistakes_of_settings(study))
+    mistakes = mistakes_of_update(study, judged_scenarios(study))
+    yield from (mistake.prefix("update") for mistake in mistakes)
 
 
 def _with_errors(section: Any, way: Keys) -> Iterator[tuple[Keys, float, float]]:
@@ -262,7 +267,7 @@ def _mistakes_of_key(study: Study, key: str, spread: Spread) -> Iterator[Mistake
                       "or .1, sound.spectrum, shift_db, speed_m_s or air_density_kg_m3, a number "
                       "of dampers, or a fill_fraction of scenarios")  # fmt: skip
         return
-    is_level = key in (SPECTRUM, "sound.shift_db")
+    is_level = key in (SPECTRUM, SHIFT)
     if is_level and study.acoustics.level == "p95_50":
         yield Mistake((), "not allowed with sound.level: p95_50, which contains the scatter of the "
                       "level; it would count twice")  # fmt: skip
@@ -347,6 +352,12 @@ def correlation_matrix(study: Study) -> Any:
 
 
 def judged_scenarios(study: Study) -> list[Any]:
-    """Return the scenarios with dampers that are judged, at the level of the study."""
+    """Return the scenarios with dampers that are judged: all that are no test of another one."""
+    judged: list[Any] = []
     named = study.margin.scenarios
-    return [s for s in study.all_scenarios() if not s.is_bare and (not named or s.label in named)]
+    tests = [scenario.label for scenario in tested_scenarios(study)]
+    for scenario in study.all_scenarios():
+        is_test = scenario.label in tests and judged_like(scenario, judged) is not None
+        if scenario.label in named or not (named or scenario.is_bare or is_test):
+            judged.append(scenario)
+    return judged
