@@ -154,8 +154,8 @@ def _selection(scores: Array, answer: Array, draws: int, degree: int) -> Chaos:
             unexplained -= among * among.swapaxes(1, 2)
             # leave-one-out, with the correction for the number of terms of Chapelle et al. 2002
             k = basis.shape[1]
-            left_out = np.linalg.solve(unexplained, residual.reshape(-1, draws, 1))
-            error = float(np.sum(left_out**2)) / spread * (1 + 2 * k / n)
+            deleted = np.linalg.solve(unexplained, residual.reshape(-1, draws, 1))
+            error = float(np.sum(deleted**2)) / spread * (1 + 2 * k / n)
             if len(chosen) >= base and error < best:
                 best, best_count = error, len(chosen)
             elif len(chosen) > base and len(chosen) - best_count > PATIENCE:

@@ -328,7 +328,9 @@ class SpreadStudy:
         return np.array(values)
 
 
-def _found(study: SpreadStudy, count: int, done: list[dict[str, Array]]) -> list[dict[str, Array]]:
+def _results(
+    study: SpreadStudy, count: int, done: list[dict[str, Array]]
+) -> list[dict[str, Array]]:
     """Return what runs up to a number show; those that are done are kept."""
     scenarios = len(study.dampers.scenarios)
     tones = np.geomspace(*study.uncertain.study.response.frequency_hz, COUPON_TONES + 2)[1:-1]
@@ -386,7 +388,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     limits = {name: limit.rms_g or np.nan for name, limit in study.limits.items()}
     runs: list[dict[str, Array]] = []
     for count in [*(n for n in FEWER_RUNS if n < limit), limit]:
-        runs = _found(spread, count, runs)
+        runs = _results(spread, count, runs)
         results = {name: np.array([run[name] for run in runs if name in run]) for name in runs[0]}
         samples = spread.samples[:count]
         cases = [

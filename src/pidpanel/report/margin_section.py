@@ -25,8 +25,8 @@ def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str,
     """Return what the templates need: the governing answer, its shares, tests."""
     place = results.next_test.iloc[0][["scenario", "point", "panel"]]
 
-    def at_place(table: pd.DataFrame, state: str, **other: str) -> pd.DataFrame:
-        wanted = pd.Series({**place, "inputs": state, **other})
+    def at_place(table: pd.DataFrame, state: str, **columns: str) -> pd.DataFrame:
+        wanted = pd.Series({**place, "inputs": state, **columns})
         return table[(table[list(wanted.index)] == wanted).all(axis=1)]
 
     ranges = results.ranges.assign(name=[names.get(s, s) for s in results.ranges["scenario"]])

@@ -64,11 +64,8 @@ class Emulator:
         self.inputs = scores.shape[1]
         self.size = self.inputs + is_other * self._damping.size
         chaoses = [
-            [
-                fitted(scores, values, draws=DRAWS, degree=DEGREE)
-                for values in part.observable.values.T
-            ]
-            for part in results
+            [fitted(scores, column, draws=DRAWS, degree=DEGREE) for column in part.T]
+            for part in (result.observable.values for result in results)
         ]
         self._terms = [_joined(part) for part in chaoses]
         missed = np.stack([chaos.missed for part in chaoses for chaos in part], axis=1)
