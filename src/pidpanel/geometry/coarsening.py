@@ -30,12 +30,14 @@ def rims(triangles: Index, count: int) -> tuple[Index, Index]:
     """
     edges = np.concatenate([triangles, np.roll(triangles, -1, axis=1)]).reshape(2, -1).T
     key, reverse = edges @ [count, 1], edges @ [1, count]
-    if np.unique(key).size < key.size:
+    ordered = np.sort(key)
+    if (np.diff(ordered) == 0).any():
         raise ValueError(
             "free edges of a surface: an edge has triangles of opposite sense or more than two; "
             "allowed is a surface of one sheet whose triangles turn alike"
         )
-    rim = np.flatnonzero(~np.isin(reverse, key))
+    place = np.minimum(np.searchsorted(ordered, reverse), key.size - 1)
+    rim = np.flatnonzero(ordered[place] != reverse)
     return edges[rim], rim // 3
 
 
@@ -114,7 +116,8 @@ def _divided(vertices: Array, triangles: Index) -> tuple[Array, Index]:
 
 def _symmetric(vertices: Array, edges: Index) -> sparse.csr_array:
     length = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
-    matrix = sparse.csr_array((length, tuple(edges.T)), (len(vertices),) * 2)
+    ends = tuple(edges.T.astype(np.int32))  # as dijkstra takes them, again and again
+    matrix = sparse.csr_array((length, ends), (len(vertices),) * 2)
     return matrix.maximum(matrix.T).tocsr()
 
 

@@ -56,6 +56,8 @@ def modal_covariances(
         )
         bare_sum += np.tensordot(weights[:, lines], bare.point_psd[:, 0].real, axes=1)
         for drop, (damping, mass, _) in zip(damper_sums, dampers, strict=True):
+            if not (damping.any() or mass.any()):
+                continue
             drop += covariance_taken(bare, damping[:, lines], mass[:, lines], weights[:, lines])
     return [
         factor * (bare_sum - drop)
