@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from pidpanel.geometry.orientation import oriented
 from pidpanel.modal_files import read_modes
 from pidpanel.modal_files.calculix import read_mesh
 from pidpanel.modal_files.model import modal_model
-from pidpanel.modal_files.orientation import oriented
 from pidpanel.modal_files.quadrature import surface_quadrature
 from pidpanel.modal_files.residual import residual_vectors
 from pidpanel.modal_files.shapes import ModeShapes

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from pidpanel.geometry.orientation import oriented
 from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.modal_files.model import PARTS
-from pidpanel.modal_files.orientation import oriented
 from pidpanel.modal_files.quadrature import node_normals, surface_quadrature
 
 RANDOM = np.random.default_rng(3)
@@ -49,14 +49,13 @@ def sphere(rings=16, sectors=32):
     return position, np.concatenate([quads, *caps])
 
 
-def test_a_closed_surface_faces_away_from_its_centroid():
+@pytest.mark.parametrize("outward", [None, [0, 0, 1.0]])
+def test_a_closed_surface_faces_its_outside_whatever_the_direction(outward):
     position, cells = sphere()
     turned = shuffled(cells[:-32])  # triangles repeat their third corner
-    cells = oriented(position, np.concatenate([turned, cells[-32:]]))
+    cells = oriented(position, np.concatenate([turned, cells[-32:]]), outward)
     quadrature = surface_quadrature(position, cells)
     assert ((quadrature.position * quadrature.normal).sum(axis=1) > 0.97).all()
-    with pytest.raises(ValueError, match="faces outward as much as inward; state another"):
-        oriented(position, cells, [0, 0, 1.0])
 
 
 def test_a_band_has_two_sides_and_a_moebius_strip_one():
@@ -65,6 +64,8 @@ def test_a_band_has_two_sides_and_a_moebius_strip_one():
     quadrature = surface_quadrature(position, cells)
     radial = (quadrature.position * quadrature.normal).sum(axis=1)
     assert (radial > 0.9).all()
+    with pytest.raises(ValueError, match="faces outward as much as inward; state another"):
+        oriented(position, cells, [0, 0, 1.0])
     with pytest.raises(
         ValueError, match=r"surface with \d+ cells at .* m: the surface has one side only"
     ):
@@ -85,6 +86,9 @@ def test_kinks_are_crossed_and_joints_of_three_are_not():
     normal = surface_quadrature(folded, cells).normal
     side = np.where(np.abs(normal[:, 2]) > 0.5, normal[:, 2], -normal[:, 0])
     assert (side == side[0]).all()  # the inside of the corner, or the outside
+    upright = sheet[:, [2, 0, 1]]
+    cells = oriented(upright, shuffled(quads), [0, 0, 1.0], or_along_axis=True)
+    assert (surface_quadrature(upright, cells).normal == [1, 0, 0]).all()
     web = np.array([[1.0, 0, 1], [1, 1, 1.5], [1, 2, 1]])
     joined = np.concatenate([quads, [[1, 5, 13, 12], [5, 9, 14, 13]]])
     cells = oriented(np.concatenate([sheet, web]), shuffled(joined), [0.3, 0, 1.0])

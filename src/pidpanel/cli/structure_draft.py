@@ -8,9 +8,9 @@ import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.cli.mesh_draft import rounded, unit_of_materials
+from pidpanel.geometry.orientation import oriented
 from pidpanel.modal_files import ModalModel, read_modes
 from pidpanel.modal_files.model import MASS_UNITS
-from pidpanel.modal_files.orientation import oriented
 from pidpanel.nastran import Deck, read_deck
 from pidpanel.nastran.cards import BLANKS
 from pidpanel.shell.selections import Place

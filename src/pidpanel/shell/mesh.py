@@ -9,14 +9,13 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem import Dofs, Element, MeshTri
 from skfem.element import ElementH1
 from skfem.refdom import RefTri
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.orientation import oriented
 from pidpanel.shell.selections import Place, Selection
 
 
@@ -107,7 +106,9 @@ class ShellMesh:
         corners = np.asarray(vertices, dtype=float)[np.sort(cells, axis=1)]
         share, _, _ = lagrange(1, reference_nodes(order))
         geometry = surface(np.einsum("kj,cjx->ckx", share, corners))
-        return cls(surface(np.asarray(vertices, float)), cells, geometry).oriented(outward)
+        position = surface(np.asarray(vertices, float))
+        cells = oriented(position, cells, outward, or_along_axis=True)
+        return cls(position, cells, geometry)
 
     @classmethod
     def from_nodes(
@@ -135,7 +136,8 @@ class ShellMesh:
             node = np.abs(place[:, None] - weights).sum(axis=2).argmin(axis=1)
             same = (corner == turn).all(axis=1)
             geometry[same] = position[elements[same][:, node]]
-        return cls(position[used], cells, geometry).oriented(outward)
+        cells = oriented(position[used], cells, outward, or_along_axis=True)
+        return cls(position[used], cells, geometry)
 
     @property
     def order(self) -> int:
@@ -198,47 +200,6 @@ class ShellMesh:
         if not cells.size:
             raise ValueError(f"{name} = {selection}: no element has its centre in it")
         return cells
-
-    def oriented(self, outward: Place = UPWARD) -> "ShellMesh":
-        """Return the mesh with normals that agree with those of neighbours and with a direction.
-
-        A closed surface has its normals to the outside, and a surface at right angles to the
-        direction along the axis that they are nearest to. Raises `ValueError` for a Möbius strip.
-        """
-        count = len(self.cells)
-        step = self.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-        _, edge, uses = np.unique(
-            np.sort(step, axis=1), axis=0, return_inverse=True, return_counts=True
-        )
-        order = np.argsort(edge.ravel(), kind="stable")
-        first = np.flatnonzero(uses[edge.ravel()[order]] == 2).reshape(-1, 2)
-        a, b = order[first].T
-        opposite = count * (step[a, 0] == step[b, 0])  # two cells that run along their edge alike
-        a, b = a // 3, b // 3
-        pairs = np.concatenate(
-            [np.stack([a, b + opposite]), np.stack([a + count, b + count - opposite])], 1
-        )
-        graph = sp.coo_array((np.ones(pairs.shape[1]), tuple(pairs)), (2 * count,) * 2)
-        _, label = connected_components(graph, directed=False)
-        plus, minus = label[:count], label[count:]
-        if (plus == minus).any():
-            raise ValueError("the normals of this surface cannot be oriented: it has one side")
-        cells = np.where((plus < minus)[:, None], self.cells, self.cells[:, ::-1])
-        piece = np.minimum(plus, minus)
-        corners = self.vertices[cells]
-        area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-        is_open = np.isin(piece, piece[np.flatnonzero(uses[edge.ravel()] != 2) // 3])
-        for number in np.unique(piece):
-            here = piece == number
-            total, size = area[here].sum(axis=0), float(np.linalg.norm(area[here], axis=1).sum())
-            turn = float(total @ np.array(outward) / np.linalg.norm(outward))
-            if not is_open[here][0]:
-                turn = float(np.sum(area[here] * (corners[here].mean(axis=1) - self.vertices[0])))
-            elif abs(turn) < ROUNDING * size:
-                turn = float(total[np.abs(total).argmax()])
-            if turn < 0:
-                cells[here] = cells[here][:, ::-1]
-        return replace(self, cells=cells)
 
     def locate(self, positions: Array) -> tuple[Index, Array]:
         """Return the cells (n,) and places in the reference triangle (n, 2) nearest to positions.

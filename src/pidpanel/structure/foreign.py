@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.orientation import oriented
 from pidpanel.modal_files import ModalModel
-from pidpanel.modal_files.orientation import oriented
 from pidpanel.modal_files.quadrature import CellQuadrature, node_normals, surface_quadrature
 from pidpanel.modal_files.residual import ResidualVectors, residual_vectors
 from pidpanel.panel.basis import basis_of
@@ -72,7 +72,7 @@ class ForeignStructure(AnyStructure):
         """The loaded surface, its vertices those of its cells."""
         outward, (cells, _) = self.outward, self._cells
         try:
-            cells = oriented(self.model.position, cells, outward and np.array(outward))
+            cells = oriented(self.model.position, cells, outward)
         except ValueError as error:
             raise StructureRefused(("outward",), str(error)) from error
         number = np.searchsorted(self.nodes, cells)
