@@ -72,26 +72,27 @@ def check_spectrum(sound: Sound, response: Response, energy: Energy | None) -> I
     """Yield levels that are most likely of another unit, and frequencies beyond the table."""
     from pidpanel.sound.from_study import measured_range, stated_spectrum
 
-    spectrum = yield from read_at(("sound", "spectrum"), lambda: stated_spectrum(sound))
+    keys: Keys = ("sound", "spectrum") if sound.spectra else ("sound", "field", "cross_spectra")
+    spectrum = yield from read_at(keys, lambda: stated_spectrum(sound))
     if spectrum is None:
         return
     bands = getattr(spectrum, "band_spl", np.zeros(1))  # a table of a PSD has none
     sums = f"its {spectrum.rows} sum to {spectrum.oaspl:.1f} dB"
     if not OVERALL.holds(spectrum.oaspl):
         message = f"{sums}; {OVERALL.allowed}: are they in Pa?"
-        yield Mistake(("sound", "spectrum"), message)
+        yield Mistake(keys, message)
     elif sound.oaspl_db is None:
         doubt = "far below a launch; in Pa or Pa²/Hz?" if spectrum.oaspl < QUIETEST else ""
         if spectrum.oaspl > LOUDEST or _may_be_pascals(bands):
             doubt = doubt or "not those of a launch; in Pa?"
         if doubt:
             remedy = f"sound.oaspl_db = {spectrum.oaspl:.1f} states it if it is meant"
-            yield Mistake(("sound", "spectrum"), f"{sums}, {doubt} {remedy}")
+            yield Mistake(keys, f"{sums}, {doubt} {remedy}")
     elif sound.oaspl_db > spectrum.oaspl + MOST_SHIFT and _may_be_pascals(bands):
         message = (
             f"{sums}, far below oaspl_db = {sound.oaspl_db:g}; must be levels in dB, not in Pa"
         )
-        yield Mistake(("sound", "spectrum"), message)
+        yield Mistake(keys, message)
     low, high = spectrum.reach
     if sound.field_name == "measured":
         lines = yield from read_at(("sound", "field"), lambda: measured_range(sound))

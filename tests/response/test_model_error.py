@@ -86,7 +86,10 @@ def test_the_error_of_a_load_is_that_of_the_nearest_mode_and_half_of_it_in_g_rms
         point_names=("A",),
     )
     panel = SimpleNamespace(
-        basis=basis, frequency=np.array([10.0, 19.0, 21.0, 40.0]), load_error=np.array([0.02, 0.1])
+        basis=basis,
+        frequency=np.array([10.0, 19.0, 21.0, 40.0]),
+        load_error=np.array([0.02, 0.1]),
+        has_independent_loads=False,
     )
     psd = np.array([[1.0], [0.0], [0.0], [0.0]])
     error = load_error_of(panel, SimpleNamespace(acceleration_psd=psd))

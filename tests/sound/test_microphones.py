@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import pyuff
+from scipy.special import roots_legendre
 
 from pidpanel.columns import ColumnsError
 from pidpanel.panel.files import read_basis
@@ -21,10 +22,11 @@ from pidpanel.sound.microphones import (
 from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.study import load_study
 from tests.jobs import make_panel, make_sound
-from tests.sound.panels import SIDES
+from tests.sound.panels import SIDES, sines
 from tests.sound.test_from_study import BANDS, STUDY
 
 K = 3.7
+MODES = [(1, 1), (2, 1), (3, 2)]  # of the fixture `face`
 NOISE = 1e-4
 
 
@@ -86,6 +88,84 @@ def test_few_waves_in_a_room_are_found_by_microphones_on_both_sides(panel, face)
     np.testing.assert_allclose(force, expected, atol=0.05 * np.abs(expected).max())
 
 
+SPEAKERS = np.array([[0.2, 0.1, 0.9], [2.5, 1.0, 1.5], [0.4, -1.5, 2.0], [1.2, 0.8, 3.0]])
+ROOM = np.array([6.1, 4.9, 4.2])  # sides [m]; the panel is in its wall z = 0
+
+
+def images(source, order=3, reflection=0.9):
+    """Return images of a point source in a room, and their amplitudes; the wall z = 0 is rigid."""
+    number = np.arange(-order, order + 1)
+    grid = np.stack(np.meshgrid(number, number, number, indexing="ij"), -1).reshape(-1, 3)
+    places, amplitudes = [], []
+    for sign in np.stack(np.meshgrid([1, -1], [1, -1], [1, -1]), -1).reshape(-1, 3):
+        places.append(2 * grid * ROOM + sign * source)
+        counts = np.abs(2 * grid - (sign < 0))
+        counts[:, 2] = np.abs(grid[:, 2])  # of these the far wall alone absorbs
+        amplitudes.append(reflection ** counts.sum(axis=1))
+    return np.concatenate(places), np.concatenate(amplitudes)
+
+
+def spherical(position, places, amplitudes, k):
+    distance = np.linalg.norm(position[:, None] - places, axis=2)
+    return np.exp(-1j * k * distance) / distance @ amplitudes
+
+
+@pytest.mark.parametrize("k", [1.2, K, 7.5])
+@pytest.mark.parametrize("is_room", [False, True])
+def test_point_sources_on_a_wall_are_found_though_no_wave_is_plane(face, k, is_room):
+    """Closed-form spherical waves and a plain quadrature: nothing of this is plane waves."""
+    if is_room:
+        origin = np.array([2.0, 1.6, 0.0])  # of the panel in the wall
+        fields = [images(source + origin) for source in SPEAKERS]
+        fields = [(places - origin, amplitudes) for places, amplitudes in fields]
+    else:
+        mirror = np.array([1, 1, -1])
+        fields = [(np.array([source, source * mirror]), np.ones(2)) for source in SPEAKERS]
+
+    (x, along_x), (y, along_y) = (roots_legendre(count) for count in (24, 16))
+    x, y = SIDES[0] * (1 + x) / 2, SIDES[1] * (1 + y) / 2
+    place = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((24, 16))], -1).reshape(-1, 3)
+    area = SIDES[0] * SIDES[1] / 4 * np.outer(along_x, along_y).ravel()
+    pressure = np.array([spherical(place, *field, k) for field in fields])
+    forces = pressure @ (area[:, None] * sines(place[:, :2], MODES))
+    expected = np.sum(np.abs(forces) ** 2, axis=0)
+    position = grid(0.0)
+    pressure = np.array([spherical(position, *field, k) for field in fields])
+    spectra = pressure.T @ pressure.conj()
+    level = np.mean(np.diagonal(spectra).real)
+    spectra = spectra / level + NOISE * np.eye(24)
+    lines = np.array([0.5, 1.5]) * k
+    microphones = Microphones(position, NOISE, True, lines, np.array([spectra, spectra]))
+    diffuse, coupling = diffuse_modal_force(k, face), microphones.on_wall(k, face)
+    (force_found,) = microphones.conditioned(np.array([k]), diffuse[None], coupling[None])
+    levels = 10 * np.log10(level * np.diagonal(force_found).real / expected)
+    off = 10 * np.log10(level * np.diagonal(diffuse) / expected)
+    assert np.abs(levels[expected > 0.05 * expected.max()]).max() < 0.2
+    assert np.abs(levels).max() < 0.35  # modes with a hundredth of that load
+    assert np.abs(off).max() > 1
+
+
+@pytest.mark.parametrize("is_level", [True, False])
+def test_the_error_of_averages_is_that_of_drawn_cross_spectra(face, is_level):
+    averages, draws = 12, 4000
+    truth = measured(FEW, grid(0.0), K, before_wall=True, noise=1e-2)
+    diffuse = diffuse_modal_force(K, face)[None]
+    coupling = truth.on_wall(K, face)[None]
+    stated = truth.average_error(np.array([K]), diffuse, coupling, averages, is_level=is_level)[0]
+    rng = np.random.default_rng(4)
+    shape = draws, averages, 24
+    blocks = (rng.normal(size=shape) + 1j * rng.normal(size=shape)) / np.sqrt(2)
+    blocks = blocks @ np.linalg.cholesky(truth.spectra[0]).T
+    drawn = np.einsum("dam,dan->dmn", blocks, blocks.conj()) / averages
+    level = np.mean(np.diagonal(drawn, axis1=1, axis2=2).real, axis=1)
+    k = K * (1 + 1e-9 * np.arange(draws))
+    found = Microphones(truth.position, truth.noise, True, k, drawn / level[:, None, None])
+    force = found.conditioned(k, diffuse.repeat(draws, 0), coupling.repeat(draws, 0))
+    loads = np.diagonal(force, axis1=1, axis2=2).real * (level[:, None] if is_level else 1)
+    # a standard deviation of 4000 draws errs by 1.2 %, one over a ratio of 12 blocks is of order 1/n
+    np.testing.assert_allclose(loads.std(0) / loads.mean(0), stated, rtol=0.05 if is_level else 0.1)
+
+
 def test_what_a_diffuse_field_has_at_the_microphones_changes_nothing(face):
     microphones = measured(FEW, grid(0.1), K, before_wall=True)
     lines = microphones.wavenumber
@@ -141,6 +221,9 @@ def test_a_table_gives_hermitian_matrices(tmp_path):
     found = read(tmp_path, LINES)
     np.testing.assert_array_equal(found.frequency, [100, 200])
     np.testing.assert_array_equal(found.spectra[0], [[2, 1 + 0.5j], [1 - 0.5j, 3]])
+    rounded = [(float(np.float32(f)) + 1e-6 * (m != n), m, n, *z) for f, m, n, *z in LINES[::-1]]
+    silent = [(0.0, 1, 1, 9.0, 0.0)]
+    np.testing.assert_array_equal(read(tmp_path, silent + rounded).spectra, found.spectra)
     both_ways = [*LINES, (100.0, 2, 1, 1.0, -0.5)]
     np.testing.assert_array_equal(read(tmp_path, both_ways).spectra, found.spectra)
 
@@ -156,6 +239,22 @@ def test_a_table_gives_hermitian_matrices(tmp_path):
         (LINES[:3], POSITIONS, "at least two frequencies"),
         (LINES, POSITIONS + "2,0.7,0.1,0\n", "microphone = 2 is given twice"),
         (LINES, "microphone,x_m,y_m\n1,0,0\n", "column z_m: missing"),
+        (LINES, "x_m,y_m,z_m\n0.1,0.1,0\n", "column microphone: missing"),
+        (LINES, POSITIONS.replace("0.5,", "0.1,"), "microphones 1 and 2 are at one place"),
+        (LINES, POSITIONS.replace("0.5,", "500,"), "x_m = 500: must be from -100 to 100"),
+        ([*LINES, (100.0, 2, 1, 1.0, 0.5)], POSITIONS, "the other half must be conjugate"),
+        ([(100.0, 1.4, 1, 2.0, 0), *LINES[1:]], POSITIONS, "microphone = 1.4: must be a whole"),
+        ([*LINES, (-100.0, 1, 1, 2.0, 0)], POSITIONS, "frequency_hz = -100.0: must be at least 0"),
+        (
+            [(f * low, *pair, 100 + r, 0) for low in (1, 5) for f, *pair, r, _ in LINES],
+            POSITIONS,
+            "all are 101 to 103, as levels in dB are",
+        ),
+        (
+            [(f, m, n, np.hypot(r, i), np.degrees(np.arctan2(i, r))) for f, m, n, r, i in LINES],
+            POSITIONS,
+            "negative power",  # magnitude and degrees
+        ),
     ],
 )
 def test_cross_spectra_that_are_refused(tmp_path, rows, positions, message):
@@ -224,32 +323,48 @@ def write_microphones(folder, waves, position, *, before_wall):
     pd.DataFrame(np.concatenate(blocks), columns=COLUMNS).to_csv(folder / "cross.csv", index=False)
 
 
-def write_universal(path, unit="Pa^2/Hz"):
+def write_universal(path, cross=1 + 0.5j, **changes):
     """Write the cross-spectra of `LINES` as data sets 58 with a static line in front."""
+    path.unlink(missing_ok=True)
     shared = {
         "func_type": 9, "abscissa_spacing": 0, "abscissa_spec_data_type": 18,
-        "ordinate_spec_data_type": 15, "ordinate_axis_units_lab": unit,
+        "ordinate_spec_data_type": 15, "ordinate_axis_units_lab": "Pa^2/Hz",
         "orddenom_spec_data_type": 0, "z_axis_spec_data_type": 0, "id1": "a", "rsp_dir": 0,
-        "ref_dir": 0, "x": np.array([0.0, 100.0, 200.0]),
+        "ref_dir": 0, "x": np.array([0.0, 100.0, 200.0]), **changes,
     }  # fmt: skip
     sets = [
-        pyuff.prepare_58(
-            **shared, rsp_node=one, ref_node=other, data=np.array([9.0, value, value], complex)
-        )
-        for one, other, value in ((1, 1, 2.0), (2, 2, 3.0), (1, 2, 1 + 0.5j))
+        pyuff.prepare_58(**shared, rsp_node=one, ref_node=other, data=np.array([9.0, value, value]))
+        for one, other, value in ((1, 1, 2.0), (2, 2, 3.0), (1, 2, cross))
     ]
     pyuff.UFF(str(path)).write_sets(sets, mode="add")
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ordinate_axis_units_lab": "psi^2/Hz"}, "unit 'psi\\^2/Hz'; must be Pa\\^2/Hz"),
+        ({"ordinate_axis_units_lab": "dB"}, "unit 'dB'"),
+        ({"ordinate_axis_units_lab": "Pa^2"}, "unit 'Pa\\^2'"),
+        ({"cross": 1.2}, "microphones 1 and 2: is real; a cross-spectrum must have its phase"),
+        ({"abscissa_spec_data_type": 0, "abscissa_axis_units_lab": "rpm"}, "in 'rpm'; must be"),
+        ({"x": np.array([-100.0, 100.0, 200.0])}, "below 0; must be one-sided"),
+        ({"func_type": 4}, "no data set 58 with a cross-spectrum"),
+    ],
+)
+def test_universal_files_that_are_refused(tmp_path, changes, message):
+    (tmp_path / "mics.csv").write_text(POSITIONS)
+    write_universal(tmp_path / "cross.unv", **changes)
+    with pytest.raises(ColumnsError, match=message):
+        read_cross_spectra(tmp_path / "cross.unv", tmp_path / "mics.csv")
+
+
 def test_a_universal_file_gives_the_same_matrices(tmp_path):
     expected = read(tmp_path, LINES)
-    write_universal(tmp_path / "cross.unv")
-    found = read_cross_spectra(tmp_path / "cross.unv", tmp_path / "mics.csv")
-    np.testing.assert_array_equal(found.frequency, expected.frequency)
-    np.testing.assert_allclose(found.spectra, expected.spectra)
-    write_universal(tmp_path / "psi.unv", unit="psi^2/Hz")
-    with pytest.raises(ColumnsError, match="unit 'psi\\^2/Hz'; must be Pa\\^2/Hz"):
-        read_cross_spectra(tmp_path / "psi.unv", tmp_path / "mics.csv")
+    for unit in ("Pa^2/Hz", "(Pa)²/Hz"):
+        write_universal(tmp_path / "cross.unv", ordinate_axis_units_lab=unit)
+        found = read_cross_spectra(tmp_path / "cross.unv", tmp_path / "mics.csv")
+        np.testing.assert_array_equal(found.frequency, expected.frequency)
+        np.testing.assert_allclose(found.spectra, expected.spectra)
     (tmp_path / "broken.unv").write_text("    -1\n    58\n garbage\n    -1\n")
     with pytest.raises(ColumnsError, match="is no universal file"):
         read_cross_spectra(tmp_path / "broken.unv", tmp_path / "mics.csv")

@@ -30,6 +30,8 @@ from pidpanel.report.text import NAMES, number, span, value_text
 from pidpanel.response.trust import NO_ERROR
 from pidpanel.structure.from_study import studied
 
+LOAD_ERRORS = "the mesh on which sound loads the surface", "the averages of the cross-spectra"
+
 
 def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     """Return the part of a page below its first sentence."""
@@ -39,9 +41,11 @@ def answer_fragment(inputs: Inputs, answer: StudyAnswer) -> Fragment:
     rms_decimals, gain_decimals = answer.decimals
     with_mass = [c for c in answer.candidates if math.isfinite(c.mass) and c.mass > 0]
     psd = psd_picture_of(inputs, answer)
+    is_measured = study.acoustics.field_name == "measured"
+    bare_error = answer.bare.responses[answer.worst].rms_error
     values = {
         "answer": answer,
-        "has_load_error": answer.bare.responses[answer.worst].rms_error > 0,
+        "load_error": LOAD_ERRORS[is_measured] if bare_error > 0 else "",
         "has_levels": len({scenario.oaspl_db for scenario in study.all_scenarios()}) > 1,
         "level": None
         if (level := main_level(study)) is None

@@ -12,8 +12,9 @@ from pidpanel.report import style
 from pidpanel.report.html import Chart, PageCurve, PageSection, template_section
 from pidpanel.report.names import Study
 from pidpanel.report.response_figures import chart_picture
-from pidpanel.sound.from_study import spectra_of, spectrum_of
+from pidpanel.sound.from_study import spectrum_of, stated_spectrum
 from pidpanel.sound.spectrum import on_bands
+from pidpanel.sound.table import read_spectrum
 from pidpanel.surroundings.from_study import surroundings_text
 
 LEVEL, PSD = "band level, dB re 20 µPa", "pressure PSD, Pa²/Hz"
@@ -34,7 +35,9 @@ def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
     names, levels = study.acoustics.level_names, [bands["band_spl_db"].to_numpy(float)]
     is_envelope = len(names) > 1
     if is_envelope:
-        levels += [on_bands(s, bands["center_hz"]) for s in spectra_of(study.acoustics)]
+        shift = spectrum_of(study.acoustics).oaspl - stated_spectrum(study.acoustics).oaspl
+        tables = [read_spectrum(file).shifted(shift) for file in study.acoustics.spectra]
+        levels += [on_bands(table, bands["center_hz"]) for table in tables]
     psd = bands["surface_pressure_psd_pa2_hz"].to_numpy(float)
     labels = ["envelope" if is_envelope else LEVEL, *names]
     charts = [
@@ -47,6 +50,7 @@ def sound_section(study: Study, bands: pd.DataFrame) -> PageSection:
         "governing": _governing(bands) if is_envelope else [],
         "overall": overall,
         "is_free": study.acoustics.is_free,
+        "measured": study.acoustics.field if study.acoustics.field_name == "measured" else None,
         "rows": spectrum_of(study.acoustics).rows,
         "low": low,
         "high": high,

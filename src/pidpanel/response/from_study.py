@@ -91,6 +91,7 @@ def read_response_panel(study: Study, files: Files) -> ResponsePanel:
         panel.point_refinement_error(study.response.frequency_hz[1]),
         read_air(study, table, files.get("air")),
         load_error=_load_error(study, basis, files.modal_force),
+        has_independent_loads=study.acoustics.field_name == "measured",
     )
 
 

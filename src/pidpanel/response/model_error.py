@@ -11,6 +11,7 @@ from pidpanel.provenance.results import read_csv
 from pidpanel.response.cases import SolvedCase
 from pidpanel.response.panel import ResponsePanel
 from pidpanel.solve.layout import LayoutResponse
+from pidpanel.solve.lines import trapezoid_weights
 from pidpanel.solve.model import PanelResponse
 from pidpanel.solve.uncertainty import StandardErrors
 
@@ -53,18 +54,19 @@ def log_error(error: BroadbandError, undamped: Array, damped: Array) -> Array:
 
 
 def load_error_of(panel: ResponsePanel, response: PanelResponse) -> StandardErrors | None:
-    """Return the error that the mesh of the air on a curved surface leaves in a response.
+    """Return what the errors of the loads on modes leave in a response; None without them.
 
-    A line has that of the nearest resonance. None where the air has no mesh of its own.
+    A line has that of the nearest resonance.
     """
     if panel.load_error is None:
         return None
     natural = panel.basis.natural_frequency[~panel.basis.is_residual]
     nearest = np.searchsorted(np.sqrt(natural[:-1] * natural[1:]), panel.frequency)
     log_psd = np.repeat(panel.load_error[nearest][:, None], len(panel.basis.point_names), axis=1)
-    psd = response.acceleration_psd
-    total = np.trapezoid(psd, panel.frequency, axis=0)
-    change = np.trapezoid(psd * log_psd, panel.frequency, axis=0)
+    parts = response.acceleration_psd * trapezoid_weights(panel.frequency)[:, None]
+    total, by_mode = parts.sum(axis=0), np.zeros((natural.size, parts.shape[1]))
+    np.add.at(by_mode, nearest, parts * log_psd)
+    change = np.linalg.norm(by_mode, 1 + panel.has_independent_loads, axis=0)
     log_rms = np.divide(change, 2 * total, out=np.zeros_like(total), where=total > 0)
     return StandardErrors(log_psd, log_rms, np.zeros(1))
 

@@ -90,8 +90,10 @@ class ResponsePanel:
     elements: PatchElements | None = None
     # Least damping ratio of the resonances that the lines must resolve; None for the bare panel's
     least_damping_ratio: float | None = None
-    # (n_modes,) relative error of the load of each mode at its resonance by the mesh of the air
+    # (n_modes,) relative error of the load of each mode at its resonance, by the mesh of the air or
+    # by averages of cross-spectra, which are independent of those of other modes
     load_error: Array | None = None
+    has_independent_loads: bool = False
 
     @cached_property
     def modal(self) -> ModalBasis:

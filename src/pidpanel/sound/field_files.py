@@ -80,7 +80,7 @@ def write_tables(
             variables["microphone_position"].attrs |= stated
     if load_error is not None:
         axis, (wavenumber, error) = f"{LOAD_ERROR}_wavenumber", load_error
-        meaning = "relative error of each load by the mesh of the air"
+        meaning = "relative error of each load"
         variables[axis] = variable(axis, wavenumber, "rad m-1", "acoustic wavenumber")
         variables[LOAD_ERROR] = variable(f"{axis} shape", error, "1", meaning)
     xr.Dataset(variables, attrs=dict(attributes)).to_netcdf(path, engine="scipy")

@@ -46,14 +46,14 @@ from pidpanel.sound.microphones import (
 )
 from pidpanel.sound.plane_waves import PlaneWaves
 from pidpanel.sound.radiation import Air, tabulate_added_mass
-from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum, band_table, envelope
+from pidpanel.sound.spectrum import PRESSURE_FACTOR, Spectrum, band_table
 from pidpanel.sound.surface import (
     surface_force,
     tabulate_diffuse_surface,
     tabulate_surface_mass,
     uniform_surface_force,
 )
-from pidpanel.sound.table import read_spectrum
+from pidpanel.sound.table import read_envelope
 from pidpanel.sound.wavenumber_table import (
     JoinedTable,
     Table,
@@ -93,12 +93,6 @@ def spectrum_of(sound: Sound) -> Spectrum:
     return spectrum.shifted(sound.oaspl_db - spectrum.oaspl)
 
 
-def spectra_of(sound: Sound) -> list[Spectrum]:
-    """Return the tables of an envelope, shifted like it."""
-    shift = spectrum_of(sound).oaspl - stated_spectrum(sound).oaspl
-    return [read_spectrum(file).shifted(shift) for file in sound.spectra]
-
-
 def stated_spectrum(sound: Sound) -> Spectrum:
     """Return the spectrum of a study as its files have it; that of microphones, their mean.
 
@@ -108,22 +102,16 @@ def stated_spectrum(sound: Sound) -> Spectrum:
         If a file cannot be read, or several leave a gap between them.
     """
     if sound.spectra:
-        spectra = [read_spectrum(file) for file in sound.spectra]
-        return spectra[0] if len(spectra) == 1 else envelope(spectra)[0]
+        return read_envelope(sound.spectra)[0]
     measured, level = measured_field(sound)
     frequency = measured.wavenumber * sound.speed_m_s / (2 * np.pi)
     return Spectrum(BreakPoints(frequency, level), "cross-spectra of microphones")
 
 
 def bands_on_face(sound: Sound) -> pd.DataFrame:
-    """Return the bands of a study with their levels and the mean PSD on the face of the panel.
-
-    ``spectrum`` is the file that has the level of a band.
-    """
+    """Return the bands of a study: levels and their file, mean PSD on the face of the panel."""
     table = band_table(spectrum_of(sound), sound.faces * PRESSURE_FACTOR[sound.reference])
-    names = np.array(sound.level_names)
-    if len(names) > 1:
-        names = names[envelope([read_spectrum(file) for file in sound.spectra])[1]]
+    names = read_envelope(sound.spectra)[1] if sound.spectra else sound.level_names
     return table.assign(spectrum=np.resize(names, len(table)))
 
 
@@ -131,13 +119,8 @@ def measured_field(sound: Sound) -> tuple[Microphones, Array]:
     """Return microphones, and the mean PSD on the face (nl,) [Pa²/Hz] that they measured."""
     stated = sound.field
     assert isinstance(stated, StatedField) and stated.cross_spectra and stated.microphones
-    return read_microphones(
-        stated.cross_spectra,
-        stated.microphones,
-        10 ** (stated.noise_db / 10),
-        sound.speed_m_s,
-        before_wall=not sound.is_free,
-    )
+    files, noise = (stated.cross_spectra, stated.microphones), 10 ** (stated.noise_db / 10)
+    return read_microphones(*files, noise, sound.speed_m_s, before_wall=not sound.is_free)
 
 
 def measured_range(sound: Sound) -> tuple[float, float]:
@@ -406,7 +389,10 @@ def write_sound(study: Study, shapes: WettedFace, output: Files) -> None:
     for name, _, table in parts_of(tables):
         print(f"{name.replace('_', ' ')}: {table.size_text}", file=sys.stderr)
     attributes = {**stamp(study), "field": study.acoustics.field_name}
-    force, error = {MODAL_FORCE: tables.pop(MODAL_FORCE)}, load_error_of(study, shapes)
-    write_tables(output.modal_force, force, attributes, error)
+    force = tables.pop(MODAL_FORCE)
+    error, stated = load_error_of(study, shapes), study.acoustics.field
+    if isinstance(force, MeasuredTable) and isinstance(stated, StatedField) and stated.averages:
+        error = force.average_error(stated.averages, is_level=not study.acoustics.spectra)
+    write_tables(output.modal_force, {MODAL_FORCE: force}, attributes, error)
     if air_nc is not None:
         write_tables(air_nc, tables, stamp(study))

@@ -1,6 +1,6 @@
 """Cross-spectra of microphones from a table or a universal file, and their positions."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 import pyuff
 
 from pidpanel.arrays import Array, Complexes, Index
-from pidpanel.columns import Allowed, ColumnsError, numbers, read_rows
+from pidpanel.columns import Allowed, ColumnsError, UserTable, numbers, read_rows
 from pidpanel.sound.field import wavenumber
 from pidpanel.sound.microphones import Microphones
 from pidpanel.tabular.cells import HERTZ, Label
@@ -22,7 +22,7 @@ POSITION_COLUMNS = {
     **{f"{axis}_m": Allowed(-100, high=100, label=METRES) for axis in "xyz"},
 }
 SPECTRUM_COLUMNS = {
-    "frequency_hz": Allowed(0.0, low_itself=False, label=HERTZ),
+    "frequency_hz": Allowed(0.0, label=HERTZ),
     "microphone": NUMBER,
     "other": NUMBER,
     "real_pa2_hz": Allowed(-4e10, high=4e10, label=Label("Pa^2/Hz")),
@@ -31,7 +31,12 @@ SPECTRUM_COLUMNS = {
 
 UNIVERSAL = (".uff", ".unv", ".uf58")
 CROSS_SPECTRA = (2, 3, 9)  # types of functions of data set 58: auto, cross, PSD
-DENSITIES = {"PA^2/HZ", "PA²/HZ", "PA**2/HZ", "(PA^2)/HZ", "PA2/HZ"}
+DENSITY = "PA2/HZ"
+HZ, UNKNOWN = 18, 0  # quantities of an abscissa
+REAL = (2, 4)  # numbers of an ordinate
+LEAST_DISTANCE = 1e-3  # of two microphones [m]
+# Levels in dB lie in this range and this close together over so much frequency
+LEVELS, LARGEST_RATIO, LEAST_REACH = (50.0, 200.0), 2.0, 4.0
 
 ROUNDING = 1e-3  # negative power that rounding leaves, over the whole
 
@@ -84,19 +89,21 @@ def read_cross_spectra(path: Path, positions: Path) -> CrossSpectra:
     unknown = np.setdiff1d(pairs, name)
     if unknown.size:
         raise ColumnsError([f"{path}: microphone {unknown[0]} is not in {positions.name}"])
-    lines, line = np.unique(frequency, return_inverse=True)
+    # digits of single precision, in which files have some pairs
+    rounded = np.array([float(f"{hertz:.7g}") for hertz in frequency.tolist()])
+    lines, line = np.unique(rounded, return_inverse=True)
     place = np.searchsorted(name, pairs)
     spectra = np.full((lines.size, name.size, name.size), np.nan, complex)
     spectra[line, place[:, 1], place[:, 0]] = values.conj()
     spectra[line, place[:, 0], place[:, 1]] = values
+    spectra = (spectra + spectra.conj().swapaxes(1, 2)) / 2
     _check_pairs(path, name, lines, spectra, np.column_stack([line, place]), values)
-    return CrossSpectra(position, lines, (spectra + spectra.conj().swapaxes(1, 2)) / 2)
+    return CrossSpectra(position, lines, spectra)
 
 
 def _positions(path: Path) -> tuple[Index, Array]:
-    table = numbers(read_rows(path, POSITION_COLUMNS), POSITION_COLUMNS)
+    table = _numbered(path, POSITION_COLUMNS, "microphone")
     name = table["microphone"]
-    table.note(name != np.round(name), "microphone = {microphone:g}: must be a whole number")
     order = np.argsort(name, kind="stable")
     table.note(
         np.isin(np.arange(name.size), order[1:][np.diff(name[order]) == 0]),
@@ -104,14 +111,30 @@ def _positions(path: Path) -> tuple[Index, Array]:
     )
     table.refuse(fewest=1, too_few="has no microphone")
     position = np.column_stack([table[f"{axis}_m"] for axis in "xyz"])
+    near = np.linalg.norm(position[:, None] - position, axis=2) < LEAST_DISTANCE
+    if (same := np.argwhere(np.triu(near, 1))).size:
+        message = "microphones {:g} and {:g} are at one place".format(*name[same[0]])
+        raise ColumnsError([f"{path}: {message}"])
     return name[order].astype(np.int64), position[order]
 
 
+def _numbered(path: Path, columns: Mapping[str, Allowed], *keys: str) -> UserTable:
+    """Return a table in which the numbers of microphones are whole."""
+    table = numbers(read_rows(path, columns), columns)
+    table.refuse()
+    for key in keys:
+        is_whole = table[key] == np.round(table[key])
+        table.note(~is_whole, f"{key} = {{{key}:g}}: must be a whole number")
+    return table
+
+
 def _table(path: Path) -> tuple[Array, Index, Complexes]:
-    table = numbers(read_rows(path, SPECTRUM_COLUMNS), SPECTRUM_COLUMNS)
+    table = _numbered(path, SPECTRUM_COLUMNS, "microphone", "other")
     table.refuse(fewest=2, too_few="must have at least two frequencies")
     pairs = np.column_stack([table["microphone"], table["other"]]).astype(np.int64)
-    return table["frequency_hz"], pairs, table["real_pa2_hz"] + 1j * table["imaginary_pa2_hz"]
+    values = table["real_pa2_hz"] + 1j * table["imaginary_pa2_hz"]
+    moves = table["frequency_hz"] > 0
+    return table["frequency_hz"][moves], pairs[moves], values[moves]
 
 
 def _universal(path: Path) -> tuple[Array, Index, Complexes]:
@@ -135,11 +158,10 @@ def _rows(sets: list[dict[str, Any]]) -> Iterator[tuple[Array, Index, Complexes]
     for record in sets:
         if record["func_type"] not in CROSS_SPECTRA:
             continue
-        unit = str(record["ordinate_axis_units_lab"]).strip()
         pair = int(record["rsp_node"]), int(record["ref_node"])
-        if unit.upper() not in DENSITIES:
+        if objection := _objection(record):
             place = f"data set 58 of microphones {pair[0]} and {pair[1]}"
-            raise ColumnsError([f"{place}: unit {unit!r}; must be Pa^2/Hz"])
+            raise ColumnsError([f"{place}: {objection}"])
         frequency = np.asarray(record["x"], float)
         rises = frequency > 0
         count = int(rises.sum())
@@ -147,17 +169,34 @@ def _rows(sets: list[dict[str, Any]]) -> Iterator[tuple[Array, Index, Complexes]
         yield frequency[rises], np.tile(np.array(pair, np.int64), (count, 1)), values
 
 
+def _objection(record: dict[str, Any]) -> str:
+    """Return why a data set is no one-sided density with a phase; "" where it is."""
+    unit, abscissa = (
+        str(record[f"{axis}_axis_units_lab"]).strip() for axis in ("ordinate", "abscissa")
+    )
+    quantity = record["abscissa_spec_data_type"]
+    if "".join(c for c in unit.upper().replace("²", "2") if c not in "()^* ") != DENSITY:
+        return f"unit {unit!r}; must be Pa^2/Hz"
+    if quantity not in (HZ, UNKNOWN) or abscissa.upper() not in ("HZ", "NONE", ""):
+        return f"abscissa of type {quantity} in {abscissa!r}; must be frequency in Hz"
+    if np.min(record["x"]) < 0:
+        return "has frequencies below 0; must be one-sided"
+    if record["rsp_node"] != record["ref_node"] and record["ord_data_type"] in REAL:
+        return "is real; a cross-spectrum must have its phase"
+    return ""
+
+
 def _check_pairs(
     path: Path, name: Index, lines: Array, spectra: Complexes, places: Index, values: Complexes
 ) -> None:
-    """Refuse pairs that are missing or given twice with other values, and negative power."""
+    """Refuse pairs that are missing or contradict each other, levels, and negative power."""
     changed = np.zeros(spectra.shape, bool)
     differs = np.abs(spectra[tuple(places.T)] - values) > ROUNDING * np.abs(values).max(initial=0.0)
     changed[tuple(places[differs].T)] = True
     diagonal = np.eye(name.size, dtype=bool)
     for wrong, message in (
         (np.isnan(spectra), "is missing"),
-        (changed, "is given twice, with other values"),
+        (changed, "is given twice, with other values; the other half must be conjugate"),
         (diagonal & ~(np.abs(spectra.imag) < ROUNDING * spectra.real), "must be real and above 0"),
     ):
         if wrong.any():
@@ -166,6 +205,11 @@ def _check_pairs(
             raise ColumnsError([f"{path}: {lines[line]:g} Hz, {pair}: {message}"])
     if lines.size < 2:
         raise ColumnsError([f"{path}: must have at least two frequencies, not {lines.size}"])
+    low, high = spectra.real.min(), spectra.real.max()
+    is_level = LEVELS[0] < low and high < min(LEVELS[1], LARGEST_RATIO * low)
+    if is_level and lines[-1] > LEAST_REACH * lines[0]:
+        message = f"all are {low:.3g} to {high:.3g}, as levels in dB are; must be Pa^2/Hz"
+        raise ColumnsError([f"{path}: {message}"])
     power = np.linalg.eigvalsh(spectra)
     negative = np.flatnonzero(power[:, 0] < -ROUNDING * power.sum(axis=1))
     if negative.size:

@@ -28,6 +28,8 @@ from pidpanel.sound.field import half_circle, half_gauss
 from pidpanel.sound.free_edges import MORE_NODES, NODES_PER_REACH, FreePanel
 from pidpanel.sound.wavenumber_table import Table, WavenumberTable, chebyshev_nodes, node_count
 
+MOST_LINES = 200  # at which the error of averages is tabulated
+
 
 @dataclass(frozen=True)
 class Microphones:
@@ -63,16 +65,45 @@ class Microphones:
     ) -> Complexes:
         """Return G (nf, n, n) of G_d (nf, n, n) and X (nf, n, M)."""
         prior = self._prior(wavenumber)
-        weights = np.linalg.solve(prior, coupling.conj().swapaxes(1, 2)).conj().swapaxes(1, 2)
+        weights = _weights(prior, coupling)
         change = self.measured(wavenumber) - prior
         return np.asarray(diffuse + weights @ change @ weights.conj().swapaxes(1, 2))
+
+    def average_error(
+        self,
+        wavenumber: Array,
+        diffuse: Array | Complexes,
+        coupling: Array | Complexes,
+        averages: int,
+        *,
+        is_level: bool,
+    ) -> Array:
+        """Return the relative standard error (nf, n) of the load on each shape by averaging.
+
+        Γ of n independent blocks has a complex Wishart distribution, so that a linear form
+        tr(QΓ) has the variance tr(QΓQΓ)/n. The load is bᴴΓb + r ℓ, with what Γ leaves diffuse, r,
+        and the level ℓ of the microphones; with a spectrum of its own it is bᴴΓb/ℓ + r.
+        """
+        prior, spectra = self._prior(wavenumber), self.measured(wavenumber)
+        weights = _weights(prior, coupling)
+        rows = weights @ spectra
+        known = np.sum(rows * weights.conj(), axis=2).real
+        by_prior = np.sum((weights @ prior) * weights.conj(), axis=2).real
+        remainder = np.diagonal(diffuse, axis1=1, axis2=2).real - by_prior
+        expected = np.diagonal(self.expected(wavenumber), axis1=1, axis2=2)
+        level = 1 / (expected * len(self.position))  # D, its diagonal
+        factor = remainder if is_level else -known
+        of_level = np.einsum("fm,fn,fmn->f", level, level, np.abs(spectra) ** 2)
+        crossed = np.einsum("fnm,fm->fn", np.abs(rows) ** 2, level)
+        variance = known**2 + 2 * factor * crossed + factor**2 * of_level[:, None]
+        return np.sqrt(np.maximum(variance, 0) / averages) / (known + remainder)
 
     def known_share(
         self, wavenumber: Array, diffuse: Array | Complexes, coupling: Array | Complexes
     ) -> Array:
         """Return the share (nf, n) of the diffuse force on each shape that follows from them."""
-        weights = np.linalg.solve(self._prior(wavenumber), coupling.conj().swapaxes(1, 2))
-        share = np.einsum("fnm,fmn->fn", coupling, weights).real
+        weights = _weights(self._prior(wavenumber), coupling)
+        share = np.sum(coupling * weights.conj(), axis=2).real
         return np.asarray(share / np.diagonal(diffuse, axis1=1, axis2=2).real)
 
     def on_wall(self, wavenumber: float, face: PanelQuadrature) -> Complexes:
@@ -130,6 +161,20 @@ class MeasuredTable:
 
     def factors_at(self, wavenumber: ArrayLike) -> None:
         """Return None: no short form is known."""
+
+    def average_error(self, averages: int, *, is_level: bool) -> tuple[Array, Array]:
+        """Return k (nk,) of at most `MOST_LINES` lines, and `Microphones.average_error` there."""
+        lines = self.microphones.wavenumber
+        k = lines[lines <= self.wavenumber_max]
+        k = k[np.unique(np.linspace(0, k.size - 1, min(k.size, MOST_LINES)).astype(int))]
+        matrices = self.diffuse.matrix(k), self.coupling.matrix(k)
+        return k, self.microphones.average_error(k, *matrices, averages, is_level=is_level)
+
+
+def _weights(prior: Array, coupling: Array | Complexes) -> Complexes:
+    """Return B (nf, n, M) of K (nf, M, M) and X (nf, n, M)."""
+    columns = np.linalg.solve(prior, coupling.conj().swapaxes(1, 2))
+    return np.asarray(columns.conj().swapaxes(1, 2))
 
 
 def tabulate_on_wall(

@@ -166,8 +166,8 @@ def envelope(spectra: Sequence[Spectrum]) -> tuple[BandSpectrum, Index]:
     --------
     >>> low, high = np.array([100.0, 110.0]), np.array([104.0, 90.0])
     >>> bands = (np.array([27, 28]), low), (np.array([28, 29]), high)
-    >>> highest, whose = envelope([BandSpectrum.of_levels("third octave", *b) for b in bands])
-    >>> highest.band_spl.tolist(), whose.tolist()
+    >>> highest, governing = envelope([BandSpectrum.of_levels("third octave", *b) for b in bands])
+    >>> highest.band_spl.tolist(), governing.tolist()
     ([100.0, 110.0, 90.0], [0, 0, 1])
     """
     thirds = [whole_thirds(spectrum) for spectrum in spectra]

@@ -4,13 +4,14 @@ Band levels have the columns ``center_hz`` and ``spl_db``; a PSD has ``frequency
 ``psd_pa2_hz``. Other usual names and units are known too.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from pidpanel.arrays import Array, Index
 from pidpanel.columns import Allowed, ColumnsError, UserTable, numbers, read_rows
-from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, Spectrum
+from pidpanel.sound.spectrum import BAND_WIDTH, BandKind, BandSpectrum, Spectrum, envelope
 from pidpanel.spectra.acceleration_table import break_points, summary
 from pidpanel.spectra.third_octaves import center_frequency
 from pidpanel.tabular.cells import HERTZ, Label
@@ -142,6 +143,18 @@ def read_spectrum(path: str | Path) -> Spectrum:
         If the file has faults; all are listed.
     """
     return read_pressure(path)[0]
+
+
+def read_envelope(paths: Sequence[Path]) -> tuple[Spectrum, list[str]]:
+    """Read some tables: the highest in each third octave, and the name of the file that has it.
+
+    A single table is returned as it is.
+    """
+    spectra = [read_spectrum(path) for path in paths]
+    if len(spectra) == 1:
+        return spectra[0], [paths[0].name]
+    highest, governing = envelope(spectra)
+    return highest, [paths[place].name for place in governing.tolist()]
 
 
 def read_pressure(path: str | Path) -> tuple[Spectrum, str]:

@@ -11,7 +11,7 @@ from pidpanel.paths import DATA
 from pidpanel.study.base import OVERALL, Acceleration, Level, SectionModel, Text, as_tuple, file_in
 from pidpanel.study.choice import Choice
 from pidpanel.study.mistakes import Mistake
-from pidpanel.study.quantity import Quantity
+from pidpanel.study.quantity import Quantity, whole
 
 PressureReference = Literal["surface", "room", "incident"]
 
@@ -60,6 +60,9 @@ class StatedField(SectionModel):
     microphones: Annotated[Path, file_in()] | None = None
     """CSV table of their positions in the axes of the panel (``microphone``, ``x_m``, ``y_m``,
     ``z_m``)."""
+    averages: Annotated[int, whole(1, 1000000)] | None = None
+    """Independent blocks that the cross-spectra are the mean of; without it their error is not
+    part of that of the answer."""
     noise_db: Annotated[float, Quantity(-60, -6)] = -30.0
     """Noise of the microphones, with errors of gains and positions, relative to the pressure [dB].
     """
@@ -71,8 +74,9 @@ class StatedField(SectionModel):
             yield Mistake(("one_drive",), "only allowed with sources")
         if (self.cross_spectra is None) != (self.microphones is None):
             yield Mistake(("microphones",), "required with cross_spectra, not allowed otherwise")
-        if "noise_db" in self.model_fields_set and self.cross_spectra is None:
-            yield Mistake(("noise_db",), "only allowed with cross_spectra")
+        for key in {"noise_db", "averages"} & self.model_fields_set:
+            if self.cross_spectra is None:
+                yield Mistake((key,), "only allowed with cross_spectra")
 
 
 NamedField = Literal["diffuse", "uncorrelated", "uniform", "plane_wave", "progressive_wave"]
