@@ -23,9 +23,11 @@ from pidpanel.study import CouponStudy, Study, StudyError
 from pidpanel.study.document import Document, study_in
 from pidpanel.study.mistakes import Mistake, read_at
 from pidpanel.study.panel import MOST_CARRIED, Panel, key_path
+from pidpanel.study.requirements import mistakes_of_atlas
 from pidpanel.study.severity import limit_tables
 from pidpanel.study.sound import Sound
 from pidpanel.study.structure import Structure
+from pidpanel.study.uncertain import REACH, SPECTRUM, varied
 
 
 def checked_study(source: str | Path | Document) -> Study | CouponStudy:
@@ -42,6 +44,7 @@ def checked_study(source: str | Path | Document) -> Study | CouponStudy:
     mistakes += check_measured(study)
     if isinstance(study, Study):
         mistakes += check_panel(study)
+        mistakes += [] if mistakes else check_spreads(study)
     if mistakes:
         raise document.error(dict.fromkeys(mistakes))
     if isinstance(study, Study) and isinstance(study.panel, Structure):
@@ -49,6 +52,19 @@ def checked_study(source: str | Path | Document) -> Study | CouponStudy:
 
         return study.model_copy(update={"panel": with_normals(study.panel)})
     return study
+
+
+def check_spreads(study: Study) -> Iterator[Mistake]:
+    """Yield spreads whose ends would be refused as numbers of the study."""
+    for key, spread in study.uncertain.items():
+        for value in () if key == SPECTRUM else (spread.value(-REACH), spread.value(REACH)):
+            changed = varied(study, {key: value})
+            layouts = _check_layouts(changed, is_meshed=True)
+            for keys, message, *_ in (*mistakes_of_atlas(changed), *layouts):
+                place = ".".join(map(str, keys))
+                message = f"reaches {value:.4g} at {REACH:g} σ; {place}: {message}"
+                yield Mistake(("uncertain", key, spread.kind), message)
+                return
 
 
 def check_measured(study: CouponStudy) -> Iterator[Mistake]:

@@ -15,7 +15,10 @@ STUDY = {
         "section": {"mass_per_area_kg_m2": 4.0, "bending_stiffness_n_m": 3273.0},
         "damping_ratio": 0.01,
         "mesh": {"kind": "quadrilaterals", "elements": [10, 8]},
-        "patches": {"A.1": {"centre_m": [0.45, 0.4], "size_m": [0.2, 0.2]}},
+        "patches": {
+            "A.1": {"centre_m": [0.45, 0.4], "size_m": [0.2, 0.2]},
+            "C": {"centre_m": [0.75, 0.4], "size_m": [0.2, 0.2]},
+        },
         "points": {"P": [0.5, 0.4]},
     },
     "dampers": {
@@ -31,6 +34,7 @@ STUDY = {
     "scenarios": {
         "A": {"patch": "A.1", "damper": "blanket"},
         "B": {"patch": "A.1", "damper": "bed", "fill_fraction": 0.5},
+        "C": {"layout": {name: {"damper": "bed", "fill_fraction": 0.5} for name in ("A.1", "C")}},
     },
     "uncertain": {"panel.damping_ratio": SPREAD},
 }
@@ -69,6 +73,10 @@ def study_with(**uncertain):
         ("dampers..friction", SPREAD, ["no such key"]),
         ("dampers.bed.model", SPREAD, ["number", "str"]),
         ("dampers.bed.particles.friction", {"normal": [0.1, 0.9], "source": "a"}, ["-0.2295"]),
+        ("panel.patches.A.1.centre_m.0", {"uniform": [0.4, 0.6], "source": "a"},
+         ["reaches 0.5997", "covers cells of A.1"]),
+        ("dampers.bed.particles.diameter_mm", {"normal": [0.3, 3.7], "source": "a"},
+         ["reaches"]),
         ("scenarios.B.fill_fraction", {"normal": [0.4, 1.2], "source": "a"}, ["1.53", "to 1"]),
         ("sound.speed_m_s", {"normal": [10, 600], "source": "a"}, ["reaches -233", "100 to 1400"]),
         ("sound.spectrum", {"normal": [1, 3], "source": "a", "correlation_octaves": 1},

@@ -221,14 +221,17 @@ def mistakes_of_margin(study: Study) -> Iterator[Mistake]:
             yield Mistake(("update",), "only allowed with uncertain")
         return
     if study.sound is None or study.sound.field not in FIELDS:
-        yield Mistake(("uncertain",), "only allowed for a diffuse, uniform or uncorrelated sound")
+        keys: Keys = ("uncertain",) if study.sound is None else ("sound", "field")
+        yield Mistake(
+            keys, f"with uncertain, a sound must be {', '.join(FIELDS[:2])} or {FIELDS[2]}"
+        )
         return
     if getattr(study.panel, "section", None) is None or not hasattr(study.panel, "outline_m"):
         yield Mistake(("uncertain",), "only allowed for a panel; structures have their modes")
         return
     if study.response.modal_damping == "diagonal" or study.damping.level.by == "element":
-        yield Mistake(("uncertain",), "not allowed with response.modal_damping: diagonal, and "
-                      "damping.level.by: element")  # fmt: skip
+        yield Mistake(("uncertain",), "only allowed with response.modal_damping: full and "
+                      "damping.level.by: patch")  # fmt: skip
         return
     errors = [entry for part in ("dampers", "scenarios")
               for entry in _with_errors(getattr(study, part), (part,))]  # fmt: skip
@@ -316,10 +319,9 @@ def _mistakes_of_settings(study: Study) -> Iterator[Mistake]:
         if name not in labels:
             message = f"must be one of {', '.join(labels)}" if labels else "no scenario has dampers"
             yield Mistake(("scenarios", index), message)
-    for scenario in judged_scenarios(study):
-        if study.is_coupled_scenario(scenario):
-            message = f"{scenario.label}: coupled runs know the damping at one motion alone; give "
-            yield Mistake(("scenarios",), f"{message}its damper model: atlas")
+    if coupled := [s.label for s in judged_scenarios(study) if study.is_coupled_scenario(s)]:
+        message = "coupled runs know the damping at one motion alone; give the damper model: atlas"
+        yield Mistake(("scenarios",), f"{', '.join(coupled)}: {message}")
     for index, correlation in enumerate(margin.correlations):
         keys: Keys = ("correlations", index)
         for place, key in enumerate(correlation.keys):
