@@ -57,7 +57,8 @@ class VariedDamping:
     """A table with its dependence on inputs and its errors."""
 
     table: DampingTable
-    # Number of each input, and the change of the values (2, n_Γ, n_f) with its score
+    # Number of each input, and over its score the factor on C_e, then the change of m_a
+    # (2, n_Γ, n_f). C_e itself is nearer to linear than ln C_e, which falls steeply near 0.
     inputs: Sequence[tuple[int, Callable[[float], Array]]]
     error: Array  # (2 n_f, r) of ln C_e, then m_a, over scores of the error
 
@@ -65,5 +66,6 @@ class VariedDamping:
         """Return the damping at scores of the inputs (n_inputs,) and of the error (r,)."""
         change = np.zeros_like(self.table.values)
         for number, change_at in self.inputs:
-            change += change_at(float(np.clip(inputs[number], ENDS[0], ENDS[-1])))
+            factor, step = change_at(float(np.clip(inputs[number], ENDS[0], ENDS[-1])))
+            change += [np.log(np.maximum(factor, LEAST)), step]
         return self.table.plus(change + (self.error @ error).reshape(2, 1, -1))

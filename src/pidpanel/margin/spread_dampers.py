@@ -134,6 +134,7 @@ class SpreadDampers:
                 change = between @ np.array([end[place].values - middle for end in at_ends])
                 if np.any(change):
                     change = np.insert(change, len(ENDS) // 2, 0.0, axis=0)
+                    change[:, 0] = np.exp(change[:, 0])
                     changes[place].append((key_number, PchipInterpolator(nodes, change)))
         for (number, patch), table in tables.items():
             error = self._error(self.scenarios[number][patch])
