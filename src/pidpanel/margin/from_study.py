@@ -68,7 +68,7 @@ from pidpanel.study.update import MODES_SEEN
 ENDS = 2.0  # scores of the panels whose shapes the family has besides the nominal ones
 FEWER_RUNS = (128,)  # after which the surrogate may be good enough
 COUPON_TONES = 4
-BROADBAND = "C_e of single tones under sound"
+BROADBAND = "damping models under broadband sound"
 QUICK = ("dampers.", "scenarios.", "sound.shift_db")  # keys that leave the panel and its air
 TESTED = 96  # runs that are also made at the level of a test
 
@@ -109,7 +109,7 @@ class UncertainStudy:
             groups.append(Group(SPECTRUM, spread.source, mixing))
         if np.any(self.broadband):
             mixing = np.zeros((0, len(BroadbandError._fields)))
-            groups.append(Group(BROADBAND, "docs: theory/damping, its stated error", mixing))
+            groups.append(Group(BROADBAND, "their stated error", mixing))
         for name in self.error_names:
             mixing = np.zeros((0, ERROR_TERMS))
             groups.append(Group(f"damping model of {name}", "its stated error", mixing))

@@ -172,7 +172,8 @@ class Picture:
     # The same as numbers, in the place of the image
     charts: Sequence[Chart] = ()
     format: Literal["png", "webp"] = "png"
-    vector: Drawing | None = None  # what readers without scripts see in place of the charts
+    # What readers without scripts see in place of the charts; of an image, a file as SVG
+    vector: Drawing | None = None
 
     @property
     def is_image(self) -> bool:
@@ -335,11 +336,13 @@ def render(page: Page, folder: Path = PAGES) -> str:
 
 
 def write_page(page: Page, file: Path, figures: Path) -> None:
-    """Write a page, and each of its images as ``<name>.<format>`` into a folder."""
+    """Write a page, and each of its images as ``<name>.<format>`` into a folder, some as SVG."""
     figures.mkdir(exist_ok=True)
     for picture in page.pictures:
         if picture.is_image:
             (figures / f"{picture.name}.{picture.format}").write_bytes(picture.image)
+            if picture.vector is not None:
+                picture.vector.write(figures / f"{picture.name}.svg", page.title)
     durable.write_text(file, render(page))
 
 

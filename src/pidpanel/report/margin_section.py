@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from pidpanel.report import html, style
 from pidpanel.report.inputs import SpreadResults
+from pidpanel.report.style import Drawing
 from pidpanel.report.templates import lines, sentence
 from pidpanel.report.text import records
 
@@ -95,7 +96,8 @@ def margin_headline(results: SpreadResults, names: Mapping[str, str]) -> str:
 def margin_first(results: SpreadResults, names: Mapping[str, str]) -> html.Fragment:
     """Return the first screen: ranges against the limit, shares, the next tests."""
     values = margin_values(results, names)
-    values["range_figure"] = html.figure_picture("margin_ranges", range_figure, values["ranges"])
+    ranges = Drawing(range_figure, values["ranges"])
+    values["range_figure"] = html.Picture("margin_ranges", ranges, vector=ranges)
     values["share_figure"] = html.figure_picture("margin_shares", share_figure, values["shares"])
     return html.Fragment("margin_first.html", values)
 
