@@ -61,7 +61,7 @@ class RandomPanel:
         self.places = places_on(area, side, tuple(self.size / draw.integers(4, 6)), [hole])
         self.patches = Patches(
             np.stack([self.overlap(lower, side) for lower in self.places.lower]),
-            np.full(len(self.places.lower), self.places.area),
+            self.places.area,
         )
         position = draw.uniform(0.1, 0.9, (3, 2)) * self.size
         self.points = self.shape(position)
@@ -80,7 +80,7 @@ class RandomPanel:
             for k in range(2)
         ]
         self.budget = draw.uniform(1, 3) * max(f.mass_per_area for f in self.fillings)
-        self.budget *= self.places.area
+        self.budget *= self.places.area[0]
 
     def spectrum(self, frequency):
         return (frequency / 100) ** -self.slope

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 import shapely
 
-from pidpanel.optimise.places import NoPlace, overlaps_of, places_on
+from pidpanel.optimise.places import NoPlace, Places, overlaps_of, places_on
 
 PANEL = shapely.box(0, 0, 1.5, 1.0)
 
@@ -72,6 +72,21 @@ def test_a_place_between_elements_keeps_its_area():
     places = places_on(PANEL, (0.205, 0.205), (0.5, 0.5), [])
     ones = sp.csr_array(np.ones((len(position), 1)))
     weight, overlap, error = overlaps_of(places, position, np.full(len(position), 1e-4), ones)
-    assert [matrix.sum() for matrix in overlap] == pytest.approx([places.area] * len(overlap))
-    assert weight.sum(axis=1) == pytest.approx([places.area] * len(overlap))
+    assert [matrix.sum() for matrix in overlap] == pytest.approx(places.area)
+    assert weight.sum(axis=1) == pytest.approx(places.area)
     assert 0 < error.max() < 0.06
+
+
+def test_patches_overlap_where_they_have_cells_in_common():
+    cells = np.array([[1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 0, 1]], dtype=bool)
+    places = Places(
+        np.zeros((3, 2)), np.ones((3, 2)), np.arange(3), names=("a", "b", "c"), cells=cells
+    )
+    np.testing.assert_array_equal(places.overlap, [[1, 1, 0], [1, 1, 0], [0, 0, 1]])
+    assert places.subset(np.array([1, 2])).names == ("b", "c")
+    x = np.arange(8.0)
+    weight, _, error = overlaps_of(
+        places, np.stack([x, x], axis=1), np.full(8, 0.1), sp.csr_array(np.ones((8, 1)))
+    )
+    np.testing.assert_allclose(weight.sum(axis=1), [0.4, 0.4, 0.2])  # two points in each cell
+    assert error.max() == 0

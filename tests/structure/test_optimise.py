@@ -78,6 +78,47 @@ def test_the_best_layout_of_a_structure_is_a_study_with_its_patches(searched):
     assert np.abs(np.sort(middles, axis=0) - np.sort(places(turned), axis=0)).max() < 0.03
 
 
+def test_patches_are_searched_by_name_and_the_best_layout_names_them(searched, tmp_path):
+    *_, file = searched
+    structure = yaml.safe_load(file.read_text())["structure"]
+    middles = {"corner": [0.2, 0.2], "middle": [0.75, 0.5], "side": [0.75, 0.15]}
+    patches = {
+        name: {"centre_m": in_space(place).tolist(), "radius_m": 0.12}
+        for name, place in middles.items()
+    }
+    search = {"mass_kg": 5, "patches": list(patches), "patches_at_most": 2}
+    values = {**SEARCH, "structure": {**structure, "patches": patches}, "optimise": search}
+    study = tmp_path / "listed.yaml"
+    study.write_text(yaml.safe_dump(values))
+    model = Model(study)
+    reduction = model.optimise().iloc[0]["reduction_db"]
+    layouts = model._stages.files("optimise").layouts
+    table = pd.read_csv(layouts)
+    assert set(table[table["layout"] == 1]["patch"]) == {"middle", "side"}
+    write_study(study, layouts, tmp_path / "best.yaml")
+    best = Model(tmp_path / "best.yaml")
+    assert set(best.study.panel.patches) == set(patches)
+    assert set(best.study.all_scenarios()[1].patches) == {"middle", "side"}
+    rms = best.summary().groupby("scenario", sort=False)["acceleration_rms_g"].max()
+    assert 20 * np.log10(rms.iloc[0] / rms.iloc[1]) == pytest.approx(reduction, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"patches": ["P", "rim"]}, r"optimise\.patches = .*must be one of patches: P"),
+        ({"patches": ["P", "P"]}, r"optimise\.patches = .*has a value twice"),
+        ({"patches": ["P"], "patch_size_m": [0.2, 0.2]}, "must have either mass_kg and"),
+        ({"patches": ["P"], "spacing_m": [0.2, 0.2]}, "only allowed with patch_size_m"),
+    ],
+)
+def test_patches_that_are_not_there_or_beside_a_grid_are_refused(change, message):
+    values = curved()
+    values["optimise"] = {"mass_kg": 0.5, **change}
+    with pytest.raises(StudyError, match=message):
+        Model(values)
+
+
 def curved(**changed):
     return {"structure": {**CURVED, **changed}, "name": "arch", **SEARCH}
 

@@ -37,15 +37,19 @@ def write_study(study: Path, table: Path, file: Path) -> None:
     key = "panel" if "panel" in values else KEY
     patches, scenarios = dict(values[key].get("patches", {})), {}
     area_of = _area_on(study)
-    rows = read_csv(table, ["layout", "damper", "fill_fraction"], dtype={"damper": str})
+    rows = read_csv(
+        table, ["layout", "damper", "fill_fraction"], dtype={"damper": str, "patch": str}
+    )
     for layout in rows["layout"].unique()[:WRITTEN]:
         filled = {}
         for count, row in enumerate(rows[rows["layout"] == layout].to_dict("records"), start=1):
-            name = f"layout {layout} patch {count}"
-            centre, size = (
-                [row[f"{kind}_{axis}_m"] for axis in "xy"] for kind in ("centre", "size")
-            )
-            patches[name] = area_of(centre, size)
+            name = row["patch"]
+            if pd.isna(name):
+                name = f"layout {layout} patch {count}"
+                centre, size = (
+                    [row[f"{kind}_{axis}_m"] for axis in "xy"] for kind in ("centre", "size")
+                )
+                patches[name] = area_of(centre, size)
             filled[name] = {"damper": row["damper"]}
             if pd.notna(row["fill_fraction"]):
                 filled[name]["fill_fraction"] = row["fill_fraction"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from pidpanel.arrays import Index
 from pidpanel.base.from_study import shakers_of
 from pidpanel.damping.from_study import dampers_of
 from pidpanel.damping.models import FilledDamper
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.optimise.excitations import ExcitedPanel, ShakerExcitedPanel, SoundExcitedPanel
 from pidpanel.optimise.fidelity import (
     AGREED,
@@ -37,6 +39,7 @@ from pidpanel.optimise.places import (
     NoPlace,
     PlacedPanel,
     Places,
+    listed_places,
     place_areas,
     place_name,
     place_plate,
@@ -70,7 +73,7 @@ from pidpanel.solve.stress import distinct_layers
 from pidpanel.structure.any_structure import AnyStructure
 from pidpanel.structure.from_study import AnyPanel, read_moved_panel, studied
 from pidpanel.study import Study
-from pidpanel.study.mistakes import Mistake
+from pidpanel.study.mistakes import Mistake, not_among
 from pidpanel.study.optimise import Optimise
 from pidpanel.study.panel import MOST_CARRIED
 
@@ -87,6 +90,8 @@ def section_of(study: Study) -> Optimise:
 def places_of(study: Study) -> Places:
     """Return the places of a study, of a structure in its view; `NoPlace` without any."""
     section, panel = section_of(study), studied(study.panel)
+    if section.patch_size_m is None or section.spacing is None:
+        raise ValueError("places of a search among patches are those of the basis")
     forbidden = [area.shape for area in section.forbidden.values()]
     obstacles = [shapely.Polygon(shape.corners) for shape in forbidden if shape is not None]
     axes = panel.view[1] if isinstance(panel, AnyStructure) and panel.plane is None else None
@@ -125,13 +130,17 @@ def fillings_of(study: Study, folder: Path | None) -> list[FilledDamper]:
 def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     """Yield limits that no layout meets, places that are not there, dampers without a mass."""
     section, panel = section_of(study), studied(study.panel)
-    area = _drawn_area(panel)
+    area, patches = _drawn_area(panel), study.panel.patches
+    for name in section.patches:
+        if name not in patches:
+            yield Mistake(("optimise", "patches"), not_among("patches", name, list(patches)))
+            return
     for name, forbidden in section.forbidden.items():
         shape = forbidden.shape
         if shape is not None and not shapely.Polygon(shape.corners).intersects(area):
             yield Mistake(("optimise", "forbidden", name), "lies off the panel")
     try:
-        places = places_of(study)
+        least = _least_area(study, panel)
     except NoPlace as error:
         yield Mistake(("optimise", "patch_size_m"), str(error))
         return
@@ -143,7 +152,7 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
         yield Mistake(("optimise", "mass_kg"), message)
     lightest = np.inf
     for filling in fillings_of(study, None):
-        mass = filling.mass_per_area * places.area
+        mass = filling.mass_per_area * least
         if not mass > 0:
             message = f"the mass of {filling.name} is not known, so no budget limits it"
             yield Mistake(("optimise", "dampers"), message)
@@ -152,6 +161,18 @@ def mistakes_of_search(study: Study) -> Iterator[Mistake]:
     if lightest > section.mass_kg:
         message = f"the lightest patch weighs {lightest:.3g} kg; a larger budget, or smaller "
         yield Mistake(("optimise", "mass_kg"), f"{message}patches")
+
+
+def _least_area(study: Study, panel: AnyPanel) -> float:
+    """Return the area of the smallest place [m²]."""
+    names = section_of(study).patches
+    if not names:
+        return float(places_of(study).area.min())
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "panel.msh"
+        mesh = panel.mesh(path) if isinstance(panel, AnyStructure) else panel.mesh(path, {})
+    area = cell_areas(mesh.vertices, mesh.cells)
+    return min(float(area[mesh.patch_cells[name]].sum()) for name in names)
 
 
 def _alternatives(
@@ -333,9 +354,11 @@ def _searched(search: _Search, plate: StoredPlate) -> _Result:
 
 def write_proposal(study: Study, files: Files, damping: Path | None, output: Files) -> None:
     """Write the proposed layouts of a study; ``damping`` is the folder of the surfaces."""
-    section, places = section_of(study), places_of(study)
+    section = section_of(study)
     fillings, excited = fillings_of(study, damping), excited_panels(study, files)
     basis = next(iter(excited.values())).basis
+    names = section.patches
+    places = listed_places(basis, names) if names else places_of(study)
     plate = read_moved_panel(study, files)[1] if "base" in excited else read_plate(files.plate)
     plate = plate_with_points(plate, _further_points(section, basis))
     with_places, area_error = place_plate(plate, places, range(len(places.lower)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.matrices import StoredPlate
 from pidpanel.panel.shapes import on_patch
 from pidpanel.response.panel import ResponsePanel
-from pidpanel.structure.surface import Surface
+from pidpanel.structure.surface import Surface, flattened
 
 SLACK = 1e-6  # of the size of a place: rounding of its edges
 FACING = 0.1  # least cosine of a surface that is seen, between its normal and the view
@@ -32,29 +32,36 @@ class NoPlace(ValueError):
 
 @dataclass(frozen=True)
 class Places:
-    """Places of one size, in the plane of a panel or of the view of a curved surface."""
+    """Places of dampers, in the plane of a panel or of the view of a curved surface.
+
+    They are rectangles, or patches of the study, of which rectangles are the extents.
+    """
 
     lower: Array  # (n_places, 2) lower left corners [m]
-    size: tuple[float, float]  # lengths along x and y [m]
+    size: Array  # (n_places, 2) lengths along x and y [m]
     # (n_places,) groups of places that all overlap each other: a layout fills one of a group
     group: Index
     axes: Array | None = None  # (3, 2) of the view of a curved surface
+    names: tuple[str, ...] = ()  # of patches
+    cells: Flags | None = None  # (n_places, n_cells) those of patches
 
     @property
-    def area(self) -> float:
-        """Area of each place in its plane [m²]."""
-        return self.size[0] * self.size[1]
+    def area(self) -> Array:
+        """(n_places,) areas of the rectangles in their plane [m²]."""
+        return self.size.prod(axis=1)
 
     @property
     def centre(self) -> Array:
         """(n_places, 2) [m]."""
-        return self.lower + np.array(self.size) / 2
+        return self.lower + self.size / 2
 
     @cached_property
     def overlap(self) -> Flags:
         """(n_places, n_places) whether two places have cells in common."""
+        if self.cells is not None:
+            return self.cells @ self.cells.T
         distance = np.abs(self.lower[:, None] - self.lower)
-        return np.asarray(np.all(distance < np.array(self.size) * (1 - SLACK), axis=2))
+        return np.asarray(np.all(distance < self.size * (1 - SLACK), axis=2))
 
     def cosine(self, normal: Array | None) -> Array:
         """Return the cosine (n,) or (1,) of normals (n, 3) with the view; 1 on a panel."""
@@ -63,18 +70,40 @@ class Places:
         return np.asarray(normal @ np.cross(*self.axes.T))
 
     def contains(self, position: Array, normal: Array | None = None) -> Flags:
-        """Return (n_places, n) whether positions [m] lie within each place, and are seen."""
+        """Return (n_places, n) whether positions [m] lie within each place, and are seen.
+
+        Of patches, whether cells do, or as many positions in each cell.
+        """
+        if self.cells is not None:
+            return np.repeat(self.cells, len(position) // self.cells.shape[1], axis=1)
         if self.axes is not None:
             position = position @ self.axes
         inside = np.empty((len(self.lower), len(position)), np.bool_)
-        for place, lower in enumerate(self.lower):
+        for place, (lower, size) in enumerate(zip(self.lower, self.size, strict=True)):
             from_corner = position - lower
-            inside[place] = np.all((from_corner > 0) & (from_corner < np.array(self.size)), axis=1)
+            inside[place] = np.all((from_corner > 0) & (from_corner < size), axis=1)
         return inside & (self.cosine(normal) > FACING)
 
     def subset(self, index: Index) -> Places:
         """Return some of the places."""
-        return replace(self, lower=self.lower[index], group=self.group[index])
+        return replace(
+            self,
+            lower=self.lower[index],
+            size=self.size[index],
+            group=self.group[index],
+            names=tuple(self.names[k] for k in index) if self.names else (),
+            cells=None if self.cells is None else self.cells[index],
+        )
+
+
+def listed_places(basis: PanelBasis, names: Sequence[str]) -> Places:
+    """Return patches of a basis as places."""
+    drawn = flattened(basis)
+    cells = np.array([basis.cell_in_patch[basis.patch_names.index(name)] for name in names])
+    corners = [drawn.vertex_position[basis.cells[inside]].reshape(-1, 2) for inside in cells]
+    lower = np.array([corner.min(axis=0) for corner in corners])
+    size = np.array([np.ptp(corner, axis=0) for corner in corners])
+    return Places(lower, size, np.arange(len(names)), names=tuple(names), cells=cells)
 
 
 def places_on(
@@ -126,7 +155,8 @@ def places_on(
     _, group = np.unique(
         np.stack([column // across[0], row // across[1]])[:, free], axis=1, return_inverse=True
     )
-    return Places(lower[free], size, group.ravel(), axes)
+    sizes = np.full((np.count_nonzero(free), 2), size)
+    return Places(lower[free], sizes, group.ravel(), axes)
 
 
 def overlaps_of(
@@ -146,16 +176,17 @@ def overlaps_of(
     total = inside @ (weight * places.cosine(normal))
     if not total.all():
         raise NoPlace("smaller than the elements of the mesh")
-    if places.axes is not None and total.max() > TWICE * places.area:
+    if places.axes is not None and (total > TWICE * places.area).any():
         raise NoPlace("one part of the surface lies behind another in the view")
-    scale = sp.diags_array(places.area / total)
+    area = places.area if places.cells is None else total
+    scale = sp.diags_array(area / total)
     place_weight = sp.csr_array(scale @ inside @ sp.diags_array(weight))
     overlap = []
     for begin, end in itertools.pairwise(place_weight.indptr.tolist()):
         rows = at_points[place_weight.indices[begin:end]]
         scaled = sp.diags_array(place_weight.data[begin:end])
         overlap.append(sp.csr_array(rows.T @ scaled @ rows))
-    return place_weight, overlap, np.abs(total / places.area - 1)
+    return place_weight, overlap, np.abs(total / area - 1)
 
 
 @dataclass(frozen=True)

@@ -138,14 +138,16 @@ class Proposals:
             gammas = np.max([final[number].acceleration_g for final in self.finalists.values()], 0)
             for option, gamma in zip(layout, gammas.tolist(), strict=True):
                 filling = self.fillings[options.filling[option]]
-                x, y = places.centre[options.place[option]]
+                place = options.place[option]
+                (x, y), (across, up) = places.centre[place], places.size[place]
                 rows.append(
                     {
                         "layout": name,
                         "centre_x_m": x,
                         "centre_y_m": y,
-                        "size_x_m": places.size[0],
-                        "size_y_m": places.size[1],
+                        "size_x_m": across,
+                        "size_y_m": up,
+                        "patch": places.names[place] if places.names else "",
                         "damper": filling.name,
                         "fill_fraction": filling.fill_fraction,
                         "mass_kg": options.mass[option],

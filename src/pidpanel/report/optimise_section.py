@@ -36,6 +36,7 @@ def proposal_headline(proposal: ProposalResults) -> str:
         **_values(proposal),
         "patches": patches_text(proposal.layouts, 1),
         "size": proposal.layouts[["size_x_m", "size_y_m"]].iloc[0].tolist(),
+        "is_grid": proposal.layouts["patch"].isna().all(),
         "objective": OBJECTIVES.get(proposal.objective),
         "bare": dict(rows.sort_values("bare_rms_g").iloc[-1]),
         "after": dict(rows.sort_values("acceleration_rms_g").iloc[-1]),
@@ -152,8 +153,10 @@ def patches_text(layouts: pd.DataFrame, layout: int) -> str:
         fill = row["fill_fraction"]
         name = f"{row['damper']}, {100 * fill:g} % full," if np.isfinite(fill) else row["damper"]
         place = f"({row['centre_x_m']:.3g}, {row['centre_y_m']:.3g})"
-        fillings.setdefault(name, []).append(place)
-    return "; ".join(f"{name} at {', '.join(places)} m" for name, places in fillings.items())
+        is_named = isinstance(row["patch"], str)
+        fillings.setdefault(name, []).append(row["patch"] if is_named else place)
+    unit = "" if is_named else " m"
+    return "; ".join(f"{name} at {', '.join(places)}{unit}" for name, places in fillings.items())
 
 
 WIDTH, HEIGHT = 640, 340

@@ -1,7 +1,7 @@
 """The section ``optimise`` of a study: dampers placed within a mass budget."""
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pidpanel.study.base import Fill, SectionModel, Size, Text
 from pidpanel.study.mistakes import Mistake, mistakes_of_names
@@ -29,8 +29,11 @@ class Optimise(SectionModel):
 
     mass_kg: Annotated[float, Quantity(0, 1000, low_itself=False, unit="mass")]
     """Mass budget of all dampers together [kg]."""
-    patch_size_m: tuple[Size, Size]
+    patch_size_m: tuple[Size, Size] | None = None
     """Lengths of a patch along x and y [m]; on a structure in the axes of its drawing."""
+    patches: tuple[Text, ...] = ()
+    """Patches of the panel or structure to choose from, by name, in place of a grid of places of
+    one size. Two with elements in common are not filled together."""
     patches_at_most: Annotated[int, whole(1, MOST_PATCHES)] = 3
     """Largest number of patches in a layout."""
     spacing_m: tuple[Size, Size] | None = None
@@ -57,8 +60,12 @@ class Optimise(SectionModel):
     forbidden: Mapping[str, Area] = {}
     """Areas without dampers, by name. Holes, supports and masses need no mention."""
 
+    forms: ClassVar = (("mass_kg", "patch_size_m"), ("mass_kg", "patches"))
+
     def mistakes(self) -> Iterator[Mistake]:
         yield from mistakes_of_names("forbidden", self.forbidden)
+        for key in {"spacing_m", "forbidden"} & self.model_fields_set if self.patches else ():
+            yield Mistake((key,), "only allowed with patch_size_m")
         if self.objective == "oscillators" and self.band_hz is None:
             yield Mistake(("band_hz",), "missing; required for the objective oscillators")
         if self.objective != "oscillators":
@@ -66,7 +73,7 @@ class Optimise(SectionModel):
                 yield Mistake((key,), "only allowed with objective: oscillators")
         if self.objective == "panel" and self.points:
             yield Mistake(("points",), "not allowed together with objective: panel")
-        for key in ("dampers", "fill_fraction", "points"):
+        for key in ("dampers", "fill_fraction", "points", "patches"):
             values = getattr(self, key)
             if len(set(values)) < len(values):
                 yield Mistake((key,), "has a value twice")
@@ -75,7 +82,9 @@ class Optimise(SectionModel):
             yield Mistake(("fill_fraction",), message)
 
     @property
-    def spacing(self) -> tuple[float, float]:
-        """Distance between places along x and y [m]."""
+    def spacing(self) -> tuple[float, float] | None:
+        """Distance between places along x and y [m]; None among patches."""
+        if self.patch_size_m is None:
+            return None
         x, y = self.patch_size_m
         return self.spacing_m or (x / 2, y / 2)
