@@ -52,7 +52,9 @@ def proposals(error=0.02, base=None):
     mass = np.array([1.0, 2.0, 4.0])
     options = Options(np.array([0, 1, 2]), np.array([0, 0, 1]), mass, None)
     centre = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]])
-    places = SimpleNamespace(centre=centre, size=(0.2, 0.3), lower=centre)
+    places = SimpleNamespace(
+        centre=centre, size=np.full(centre.shape, (0.2, 0.3)), lower=centre, names=()
+    )
     panel = SimpleNamespace(bare=np.array([16.0, 4.0]), points=2)
     evaluated = dict(zip(LAYOUTS, (8.0, 2.0, 1.6, 0.16), strict=True))
     problem = Problem(panel, options, places, 7.0, 2, evaluated)

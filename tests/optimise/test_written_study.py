@@ -8,12 +8,12 @@ from pidpanel.cli.layouts import check_target, write_study
 from pidpanel.paths import STUDIES
 from pidpanel.study import StudyError
 
-LAYOUTS = """layout,centre_x_m,centre_y_m,size_x_m,size_y_m,damper,fill_fraction,mass_kg,acceleration_g
-1,0.9,0.5,0.2,0.2,acrylic,0.9,0.493,21.4
-2,0.4,0.5,0.2,0.2,acrylic,0.2,0.11,20.1
-2,0.8,0.5,0.2,0.2,acrylic,0.45,0.247,20.3
-3,0.5,0.5,0.2,0.2,acrylic,0.9,0.493,21.7
-4,0.6,0.5,0.2,0.2,acrylic,0.9,0.493,21.7
+LAYOUTS = """layout,centre_x_m,centre_y_m,size_x_m,size_y_m,patch,damper,fill_fraction,mass_kg,acceleration_g
+1,0.9,0.5,0.2,0.2,,acrylic,0.9,0.493,21.4
+2,0.4,0.5,0.2,0.2,,acrylic,0.2,0.11,20.1
+2,0.8,0.5,0.2,0.2,,acrylic,0.45,0.247,20.3
+3,0.5,0.5,0.2,0.2,,acrylic,0.9,0.493,21.7
+4,0.6,0.5,0.2,0.2,,acrylic,0.9,0.493,21.7
 """
 
 

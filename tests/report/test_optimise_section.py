@@ -16,7 +16,7 @@ def proposal(gap, violations, names=("base",)):
     layouts = pd.DataFrame(
         {
             "layout": [1], "centre_x_m": [0.5], "centre_y_m": [0.3], "size_x_m": [0.2],
-            "size_y_m": [0.2], "damper": ["acrylic"], "fill_fraction": [0.9], "mass_kg": [0.5],
+            "size_y_m": [0.2], "patch": [np.nan], "damper": ["acrylic"], "fill_fraction": [0.9], "mass_kg": [0.5],
         }
     )  # fmt: skip
     best = {"patches": 1, "mass_kg": 0.5, "reduction_db": 9.7, "reduction_error_db": 2.2}
