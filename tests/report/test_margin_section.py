@@ -4,7 +4,12 @@ import pandas as pd
 
 from pidpanel.report.html import Page, render
 from pidpanel.report.inputs import SpreadResults
-from pidpanel.report.margin_section import margin_first, margin_headline, margin_section
+from pidpanel.report.margin_section import (
+    margin_first,
+    margin_headline,
+    margin_section,
+    update_lines,
+)
 
 PLACE = {"scenario": "A", "point": "326", "panel": "damped", "inputs": "stated"}
 
@@ -30,6 +35,49 @@ def results(level="median"):
     ]  # fmt: skip
     tables = (pd.DataFrame([bare, {**row, **PLACE}, other]), pd.DataFrame(shares))
     return SpreadResults(*tables, pd.DataFrame(tests), 1.25, level)
+
+
+def updated(**update):
+    """`results` after a modal survey."""
+    stated = results()
+    states = {"inputs": "updated"}
+    ranges, shares, tests = (
+        pd.concat([table, table.assign(**states, **other)])
+        for table, other in (
+            (stated.ranges, {"p05_g": 13.1, "p95_g": 15.9, "probability_exceeding": 1e-9}),
+            (stated.shares.iloc[::-1], {"share_alone": 0.77}),
+            (stated.next_test[stated.next_test["measurement"] != "modal survey"], {}),
+        )
+    )
+    rows = {"test": "modal survey", "quantity": "frequency of mode 3", "score": -7.5,
+            "probability": 0.3, "probability_together": 0.3} | update  # fmt: skip
+    inputs = {"input": "panel.damping_ratio", "stated_p05": 0.006, "stated_p50": 0.01,
+              "stated_p95": 0.018, "updated_p05": 0.0091, "updated_p50": 0.01,
+              "updated_p95": 0.0112}  # fmt: skip
+    return stated._replace(
+        ranges=ranges, shares=shares, next_test=tests, update=pd.DataFrame([rows]),
+        inputs=pd.DataFrame([inputs]),
+    )  # fmt: skip
+
+
+def test_after_a_test_the_answer_is_the_updated_one_beside_what_it_was():
+    text = margin_headline(updated(), {"A": "half full"})
+    for part in ("After modal survey", "13.1", "15.9", "11.9 to 19.4 before", "below 0.01 %",
+                 "before: 1.2 %", "sound.spectrum (0.77)", "Next test: microphones"):  # fmt: skip
+        assert part in text, part
+    first = margin_first(updated(), {"A": "half full"})
+    page = render(Page(title="t", answer="a", facts=[], first=[first], sections=[]))
+    for part in ("0.0091", "half full, after tests", "further test"):
+        assert part in page, part
+
+
+def test_a_test_that_contradicts_the_spreads_is_named_in_one_line():
+    lines = update_lines(updated(probability=1e-7), {})
+    assert len(lines) == 1
+    for part in ("modal survey contradicts", "frequency of mode 3", "−7.5 σ", "not used"):
+        assert part in lines[0], part
+    assert len(update_lines(updated(probability_together=1e-7), {})) == 2
+    assert update_lines(results(), {}) == []
 
 
 def test_the_answer_is_what_to_sign_and_what_to_measure_next():

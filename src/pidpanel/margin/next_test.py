@@ -139,14 +139,14 @@ def test_rows(
     ``drawn`` (n,) are samples of the answer before them, with ``prior`` of the scores.
     """
     initial = np.eye(scores.shape[1]) if prior is None else prior.covariance
-    chaos, width = answer.chaos, float(np.ptp(np.quantile(drawn, INTERVAL)))
-    scale = width / remaining(chaos, initial, prior)[1]
+    chaos, total = answer.chaos, float(np.ptp(np.quantile(drawn, INTERVAL)))
+    scale = total / remaining(chaos, initial, prior)[1]
     single = [(name,) for name in measurements]
-    rows = [{"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": width}]
+    rows = [{"measurement": "none", "tests": 0, "share_left": 1.0, "interval_width_g": total}]
     for names in (*single, *combinations(measurements, 2)):
         parts = [measurements[name] for name in names]
         covariance = posterior(*joined(scores, parts, damping), initial)
         share, width = remaining(chaos, covariance, prior)
-        rows.append({"measurement": " and ".join(names), "tests": len(names),
-                     "share_left": share, "interval_width_g": scale * width})  # fmt: skip
+        row = {"measurement": " and ".join(names), "tests": len(names), "share_left": share}
+        rows.append({**row, "interval_width_g": min(scale * width, total)})
     return sorted(rows, key=lambda row: (row["tests"], row["share_left"]))

@@ -80,7 +80,7 @@ def update_lines(results: SpreadResults, names: Mapping[str, str]) -> list[str]:
 
 def _by_point(ranges: pd.DataFrame) -> pd.DataFrame:
     """Return each range once, point by point, the bare panel first."""
-    once = ranges.drop_duplicates(["panel", "point", "p50_g"])
+    once = ranges.drop_duplicates(["inputs", "panel", "point", "p50_g"])
     order = {name: number for number, name in enumerate(dict.fromkeys(once["point"]))}
     return once.assign(order=once["point"].map(order)).sort_values(
         ["order", "panel"], kind="stable"
@@ -89,8 +89,9 @@ def _by_point(ranges: pd.DataFrame) -> pd.DataFrame:
 
 def margin_headline(results: SpreadResults, names: Mapping[str, str]) -> str:
     """Return the answer: the range, the margin of safety, the probability, the next test."""
-    stated = sentence("margin_headline.html", margin_values(results, names))
-    return " ".join([stated, *update_lines(results, names)])
+    values, updates = margin_values(results, names), update_lines(results, names)
+    stated = [] if values["made"] else [sentence("margin_headline.html", values)]
+    return " ".join([*stated, *updates])
 
 
 def margin_first(results: SpreadResults, names: Mapping[str, str]) -> html.Fragment:
@@ -110,7 +111,9 @@ def margin_section(results: SpreadResults, names: Mapping[str, str]) -> html.Pag
 
 def range_figure(rows: list[dict[str, Any]]) -> Figure:
     """Draw the 5 to 95 % of g rms as bars, bare and damped, with median, nominal and limit."""
-    table = pd.DataFrame(rows).drop_duplicates(["panel", "point", "p50_g"], ignore_index=True)
+    table = pd.DataFrame(rows).drop_duplicates(
+        ["inputs", "panel", "point", "p50_g"], ignore_index=True
+    )
     table["title"] = np.where(table["panel"] == "bare", "bare", table["name"])
     table["title"] += np.where(table["inputs"] == "updated", ", after tests", "")
     points = list(dict.fromkeys(table["point"]))

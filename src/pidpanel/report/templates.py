@@ -13,8 +13,8 @@ from pidpanel.report import text
 PAGES = Path(__file__).with_name("pages")
 
 OF_TEXT = (
-    "capitalised", "counted", "nominal", "number", "percent", "plain", "signed", "spaced", "unit",
-    "value_text", "with_error",
+    "capitalised", "chance", "counted", "nominal", "number", "percent", "plain", "signed", "spaced",
+    "unit", "value_text", "with_error",
 )  # fmt: skip
 FILTERS: Mapping[str, Callable[..., Any]] = {
     **{name: getattr(text, name) for name in OF_TEXT},

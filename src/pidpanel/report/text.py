@@ -121,6 +121,17 @@ def percent(share: float, decimals: int = 0) -> str:
     return _minus(f"{100 * share:.{decimals}f} %")
 
 
+def chance(probability: float) -> str:
+    """Return a probability in percent, without the sign.
+
+    Examples
+    --------
+    >>> chance(0.0123), chance(1e-9)
+    ('1.2', 'below 0.01')
+    """
+    return "below 0.01" if probability < 1e-4 else number(100 * probability, 2)
+
+
 def signed(value: float, decimals: int) -> str:
     """Return a number with its sign.
 
