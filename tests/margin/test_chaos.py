@@ -63,3 +63,9 @@ def test_a_product_of_powers_needs_few_runs_in_its_logarithm():
     g = 20 * np.exp(z @ power)
     assert fitted(z, g, is_log=True).q2 > 0.9999
     assert fitted(z, g).q2 < 0.98
+
+
+def test_a_chaos_does_not_extrapolate_beyond_three_standard_deviations():
+    z = np.random.default_rng(7).standard_normal((64, 1)).clip(-3, 3)
+    chaos = fitted(z, np.tanh(z[:, 0]))
+    assert chaos(np.array([[5.0]])) == chaos(np.array([[3.0]]))

@@ -22,10 +22,10 @@ def result(columns, error, value, **options):
 
 def test_of_linear_tests_the_posterior_is_that_of_linear_algebra():
     B = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, -1.0]])
-    test = result(SCORES @ B.T, 0.4, [0.6, -0.3], common=0.2)
+    test = result(SCORES @ B.T, 0.3, [0.6, -0.3], common=0.6)
     z, effective = Emulator(SCORES, [test]).posterior()
     C = posterior(*joined(SCORES, [test.observable]))
-    R = 0.4**2 * np.eye(2) + 0.2**2
+    R = 0.3**2 * np.eye(2) + 0.6**2
     assert effective == pytest.approx(1.0, abs=1e-3)  # less what lies beyond 3 σ
     assert z.mean(axis=0) == pytest.approx(C @ B.T @ np.linalg.solve(R, test.value), abs=0.03)
     assert np.cov(z, rowvar=False) == pytest.approx(C, abs=0.03)  # of 8192 samples
@@ -61,10 +61,10 @@ def test_an_error_of_the_damping_that_is_another_at_the_test_tells_nothing_of_th
 
 def test_results_of_laboratories_within_the_spreads_are_seldom_improbable():
     B = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, -1.0]])
-    emulator = Emulator(SCORES, [result(np.exp(0.3 * SCORES @ B.T), 0.2, [1.0, 1.0])])
+    emulator = Emulator(SCORES, [result(np.exp(0.3 * SCORES @ B.T), 0.8, [1.0, 1.0])])
     rng, found = np.random.default_rng(23), []
     for z in rng.standard_normal((100, 3)):
-        emulator.value = np.exp(0.3 * B @ z) + 0.2 * rng.standard_normal(2)
+        emulator.value = np.exp(0.3 * B @ z) + 0.8 * rng.standard_normal(2)
         found.append(emulator.probability()[0])
     assert 0.01 <= np.mean(np.array(found) < 0.1) <= 0.2  # 0.05 to 0.1 of 100
     assert min(found) > 1e-3

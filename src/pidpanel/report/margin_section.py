@@ -111,9 +111,7 @@ def margin_section(results: SpreadResults, names: Mapping[str, str]) -> html.Pag
 
 def range_figure(rows: list[dict[str, Any]]) -> Figure:
     """Draw the 5 to 95 % of g rms as bars, bare and damped, with median, nominal and limit."""
-    table = pd.DataFrame(rows).drop_duplicates(
-        ["inputs", "panel", "point", "p50_g"], ignore_index=True
-    )
+    table = pd.DataFrame(rows)
     table["title"] = np.where(table["panel"] == "bare", "bare", table["name"])
     table["title"] += np.where(table["inputs"] == "updated", ", after tests", "")
     points = list(dict.fromkeys(table["point"]))
