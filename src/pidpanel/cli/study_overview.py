@@ -197,6 +197,8 @@ def _of_inputs(
         yield "dampers", f"{label}: about {_range(weights)} kg ({_range(shares)} % of the panel)"
     yield from (("data", text) for text in tables_in_words(study))
     yield from (("limit", f"{p} at most {x.text}") for p, x in study.limits.items())
+    if study.update is not None:
+        yield "update", f"of the margin by {study.update.text}"
     yield from (("gravity", text) for text in _of_gravities(study))
     for name, key in study.massless_dampers.items():
         yield "mass", f"the particles of {name} have no mass in the computation; {key}"

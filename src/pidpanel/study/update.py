@@ -100,6 +100,28 @@ class Update(SectionModel):
 
     needed: ClassVar = ("modal_survey", "impact_test", "coupon", "acoustic", "microphones")
 
+    @property
+    def text(self) -> str:
+        """What was measured in words.
+
+        Examples
+        --------
+        >>> survey = {"frequency_hz": {"1": 70, "2": 95}, "frequency_error": 0.01}
+        >>> Update(modal_survey=survey).text
+        'modal survey (2 values)'
+        """
+        parts = [
+            f"{name} ({len(test.frequency_hz) + len(test.damping_ratio)} values)"
+            for name, test in (
+                ("modal survey", self.modal_survey),
+                ("impact test", self.impact_test),
+            )
+            if test is not None
+        ]
+        parts += [f"coupon ({self.coupon.file.name})"] if self.coupon else []
+        parts += [f"{name} ({len(test.measurements)} PSDs)" for name, test in self.acoustic.items()]
+        return ", ".join([*parts, *(["microphones"] if self.microphones else [])])
+
 
 def scenario_of_test(study: Study, name: str) -> Scenario:
     """Return the scenario of a measurement; the bare panel by default."""
