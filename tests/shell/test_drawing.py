@@ -7,9 +7,20 @@ from pidpanel.panel.modes import normal_modes
 from pidpanel.panel.section import SolidSection
 from pidpanel.shell.assembly import assemble_shell
 from pidpanel.shell.attachments import ShellSupport
-from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
-from pidpanel.shell.resolution import element_size, frequency_shifts, smallest_radius
-from pidpanel.shell.selections import Box, Prism, Ring, Sphere
+from pidpanel.shell.drawing import (
+    cylinder_panel,
+    edge_strips,
+    flat_panels,
+    mesh_surface,
+    paraboloid,
+)
+from pidpanel.shell.resolution import (
+    element_size,
+    frequency_shifts,
+    layer_depth,
+    smallest_radius,
+)
+from pidpanel.shell.selections import Box, Line, Prism, Ring, Sphere
 from pidpanel.shell.strains import Layup
 from tests.shells import SANDWICH, plane
 
@@ -49,6 +60,25 @@ def test_a_whole_paraboloid_and_a_cylinder_panel_have_their_areas_and_boxes():
     area = shell.quadrature_weight.reshape(len(mesh.cells), -1).sum(axis=1)
     assert area.sum() == pytest.approx(0.8 * 0.9, rel=1e-6)
     assert area[mesh.patch_cells["b"]].sum() == pytest.approx(0.4 * 2 * np.arcsin(0.2), rel=1e-6)
+
+
+def test_strips_along_free_edges_and_a_line_leave_a_fifth_of_the_error():
+    """The reference is of order 6, where little is left."""
+    corners = {"A": [(0, 0, 0), (0.12, 0, 0), (0.12, 0.08, 0), (0, 0.08, 0)]}
+    layup = Layup(SolidSection(70e9, 0.3, 2700.0, 0.002))
+    middle = Line((0.06, 0, 0), (0.06, 0.08, 0))
+    strips = edge_strips(corners, [middle], 4 * layer_depth(layup))
+    assert np.linalg.norm(np.subtract(strips[-1].start, strips[-2].start)) == pytest.approx(
+        8 * 0.002 / np.sqrt(10)  # on both sides
+    )
+    frequency = []
+    for imprints, order in (([], 4), (strips, 4), (strips, 6)):
+        mesh = mesh_surface(flat_panels(corners), 0.06, [middle, *imprints])
+        shell = assemble_shell(mesh, layup, order=order)
+        frequency.append(normal_modes(shell, 2000.0, 8)[0][6:8])
+    plain, stripped = np.array(frequency[:2]) / frequency[2] - 1
+    assert plain.max() > 1e-3
+    assert -1e-6 < stripped.min() < stripped.max() < 0.2 * plain.max()
 
 
 def test_elements_follow_a_polygon_that_is_projected():

@@ -79,6 +79,27 @@ def flat_panels(corners: Mapping[str, Sequence[Place]]) -> Drawing:
     return draw
 
 
+def edge_strips(
+    corners: Mapping[str, Sequence[Place]], stiffeners: Sequence[Line], width: float
+) -> list[Line]:
+    """Return lines in flat panels at a distance [m] from their edges and their stiffeners."""
+    lines = []
+    for places in corners.values():
+        polygon = np.array(places, dtype=float)
+        following = np.roll(polygon, -1, axis=0)
+        normal = np.cross(polygon, following).sum(axis=0)  # twice the area
+        normal /= np.linalg.norm(normal)
+        sides = [(*ends, 1.0) for ends in zip(polygon, following, strict=True)]
+        ends = [np.array([line.start, line.end]) for line in stiffeners]
+        off = FLAT * np.ptp(polygon, axis=0).max()
+        flat = [pair for pair in ends if np.abs((pair - polygon[0]) @ normal).max() < off]
+        sides += [(*pair, side) for pair in flat for side in (1.0, -1.0)]
+        for start, end, side in sides:
+            step = side * width * np.cross(normal, end - start) / np.linalg.norm(end - start)
+            lines.append(Line(tuple((start + step).tolist()), tuple((end + step).tolist())))
+    return lines
+
+
 def _check_plane(name: str, corners: Array) -> None:
     arm = corners - corners.mean(axis=0)
     extent = np.linalg.svd(arm, compute_uv=False)

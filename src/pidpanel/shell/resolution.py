@@ -86,6 +86,12 @@ def bending_thickness(layup: Layup) -> float:
     return float(np.sqrt(12 * min(reduced[0, 0], reduced[1, 1]) / max(C[0, 0], C[1, 1])))
 
 
+def layer_depth(layup: Layup) -> float:
+    """Return √(D₆₆/S), the depth of the layer in which shear relieves twist at free edges [m]."""
+    C = layup.stiffness
+    return float(np.sqrt(C[5, 5] / min(C[6, 6], C[7, 7])))
+
+
 def frequency_shifts(
     mesh: ShellMesh,
     layup: Layup | Mapping[str, Layup],

@@ -27,8 +27,15 @@ from pidpanel.shell.attachments import (
     ShellSupport,
     Stiffener,
 )
-from pidpanel.shell.drawing import cylinder_panel, flat_panels, mesh_surface, paraboloid
+from pidpanel.shell.drawing import (
+    cylinder_panel,
+    edge_strips,
+    flat_panels,
+    mesh_surface,
+    paraboloid,
+)
 from pidpanel.shell.mesh import UPWARD, ShellMesh
+from pidpanel.shell.resolution import layer_depth
 from pidpanel.shell.selections import Box, Line, Prism, Ring, Selection, Sphere
 from pidpanel.shell.strains import Layup
 from pidpanel.shell.surface_files import read_deck_surface, read_surface_file
@@ -51,6 +58,9 @@ from pidpanel.study.structure import ModesFile, Structure
 
 AnyPanel = StudiedPanel | AnyStructure
 LEAST_COSINE = 0.5  # of a stated normal of a patch with the mean one
+# Width of elements along edges and stiffeners over the depth of the layer there, and over that of
+# other elements above which these resolve it.
+STRIP, NARROW = 4.0, 0.5
 
 
 def studied(section: Panel | Structure) -> AnyPanel:
@@ -80,12 +90,17 @@ def structure_of(section: Structure) -> AnyStructure:
         raise ValueError("a structure without modes and without a shell")
     shell, attached = section.shell, _attached(section.shell)
     size, outward = shell.size_m, section.outward or UPWARD
-    drawn = partial(_drawn, shell, size, imprints(areas, attached), outward)
     layup = Layup(section_of(shell.section), shell.axis)
     parts = {
         name: Layup(section_of(part.section), part.axis or shell.axis)
         for name, part in shell.parts.items()
     }
+    places = imprints(areas, attached)
+    width = STRIP * max(map(layer_depth, [layup, *parts.values()]))
+    if shell.form.kind == "panels" and width < NARROW * size:
+        lines = [part.where for part in attached.values() if isinstance(part, Stiffener)]
+        places += edge_strips(shell.form.corners_m, lines, width)
+    drawn = partial(_drawn, shell, size, places, outward)
     return ShellStructure(areas, points, drawn, layup, attached, size, parts)
 
 
