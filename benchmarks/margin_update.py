@@ -17,6 +17,7 @@ import numpy as np
 import pidpanel.margin.from_study as stage
 from pidpanel.check import checked_study
 from pidpanel.margin.chaos import fitted
+from pidpanel.margin.inputs.from_study import BROADBAND, UncertainStudy
 from pidpanel.margin.next_test import common_errors, joined, posterior, remaining
 from pidpanel.margin.observations import measurements_of
 from pidpanel.margin.samples import DRAWS, columns_of
@@ -30,7 +31,7 @@ ENDS = (0.05, 0.95)
 def runs(file, laboratories):
     """Scores and what the runs show; those of laboratories are behind `RUNS`."""
     study = checked_study(Path(__file__).parents[1] / "workflow" / "studies" / "margin_launch.yaml")
-    uncertain = stage.UncertainStudy(study, None)
+    uncertain = UncertainStudy(study, None)
     if not file.exists():
         stage.TESTED = sys.maxsize
         truth = np.random.default_rng(77).standard_normal((laboratories, uncertain.size))
@@ -50,7 +51,7 @@ def main(file, laboratories=200):
     parts = dict(zip((g.name for g in uncertain.groups), columns_of(uncertain.groups), strict=True))
     unseen = [parts[SPECTRUM]]
     errors = [*uncertain.error_columns.values()]
-    errors += [part for name, part in parts.items() if name == stage.BROADBAND]
+    errors += [part for name, part in parts.items() if name == BROADBAND]
     tests = measurements_of(shown, Errors(), uncertain.band_edges, unseen)
     answer = fitted(z[:RUNS], g[:RUNS], is_log=True, draws=DRAWS)
     rng = np.random.default_rng(0)

@@ -5,7 +5,8 @@ import pytest
 
 from pidpanel import Model
 from pidpanel.damping.broadband import CORRECTED_TONES
-from pidpanel.margin.from_study import SpreadStudy, UncertainStudy
+from pidpanel.margin.from_study import SpreadStudy
+from pidpanel.margin.inputs.from_study import UncertainStudy
 from pidpanel.study.uncertain import varied
 
 SPREADS = {

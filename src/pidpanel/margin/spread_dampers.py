@@ -22,7 +22,7 @@ from pidpanel.margin.samples import leading
 from pidpanel.margin.spread_panel import SpreadPanel
 
 if TYPE_CHECKING:
-    from pidpanel.margin.from_study import UncertainStudy
+    from pidpanel.margin.inputs.from_study import UncertainStudy
 
 TEST_DB = -12.0  # level of an acoustic test that could be made, over that of the study
 ERROR_TERMS = 3  # scores of the error of a damping model

@@ -1,0 +1,1 @@
+"""The inputs of a study with spreads, as standard normal scores."""
