@@ -1,5 +1,7 @@
 """Files of CalculiX 2.20: the paraboloid of the shipped study, and shells by the format."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -151,6 +153,9 @@ def test_results_without_mass_or_mode_are_refused_or_static(plate, tmp_path):
         read(tmp_path, frd(plate, mode=False), inp(plate))
     with pytest.raises(ValueError, match="has complex modes; real normal modes are needed"):
         read(tmp_path, frd(plate, component="DISPI"), inp(plate))
+    response = frd(plate, component="DISPI", mode=False).split("    1PSTEP", 1)[1]
+    beside = frd(plate).replace(" 9999\n", "    1PSTEP" + response)
+    assert len(read(tmp_path, beside, inp(plate)).frequency) == 4
     with pytest.raises(ValueError, match="is binary; CalculiX writes text"):
         read(tmp_path, frd(plate, form=2), inp(plate))
     with pytest.raises(ValueError, match=r"lines after .* have not the columns"):
@@ -235,6 +240,17 @@ def test_solids_of_shells_have_the_motion_of_their_middle(plate, tmp_path):
     where = np.linalg.norm(model.position[:, None] - plate.position, axis=2).argmin(axis=1)
     np.testing.assert_allclose(model.position, plate.position[where], atol=1e-5)
     np.testing.assert_allclose(model.displacement, plate.displacement[where], atol=2e-5)
+    blank = f" -1{plate.node[0]:10}"
+    text = expanded(plate)
+    path.write_text(
+        text[: text.index(" 100CL")]
+        + re.sub(rf"(?m)^{blank}.*\n", "", text[text.index(" 100CL") :])
+    )
+    with pytest.raises(ValueError, match=f"node {plate.node[0]} has no displacement"):
+        read_modes(path, unit_m=1.0)
+    path.write_text(text.replace("1PMODE", "1PSOME"))
+    with pytest.raises(ValueError, match="no real normal modes of displacements"):
+        read_modes(path, unit_m=1.0)
     path.write_text(expanded(plate, layers=2))
     with pytest.raises(ValueError, match="solids lie one on another"):
         read_modes(path, unit_m=1.0)

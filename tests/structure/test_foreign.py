@@ -9,7 +9,8 @@ import pytest
 from pidpanel import Model, StudyError
 from pidpanel.modal_files import read_modes
 from pidpanel.structure import from_study
-from tests.structures import COMMON, NORMAL, grid_of
+from pidpanel.structure.from_study import structure_of
+from tests.structures import COMMON, NORMAL, grid_of, in_space
 
 
 def model_of(structure, **changed):
@@ -76,6 +77,13 @@ def test_too_few_modes_are_refused_and_an_error_is_stated(panel_model, structure
 def test_what_is_off_the_structure_is_refused_at_its_key(structure, change, key):
     with pytest.raises(StudyError, match=key):
         model_of({**structure, **change})
+
+
+def test_a_point_beside_its_node_is_moved_there_which_is_stated(structure):
+    points = {"near": {"at_m": in_space([0.76, 0.5]).tolist()}, **structure["points"]}
+    remarks = structure_of(model_of({**structure, "points": points}).study.panel).remarks
+    moved = [remark for remark in remarks if "nearest node" in remark]
+    assert moved == ["point near is at the nearest node, 10 mm away"]
 
 
 def test_modes_are_read_once_and_again_after_their_file_changes(structure, tmp_path, monkeypatch):

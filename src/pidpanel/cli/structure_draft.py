@@ -161,22 +161,21 @@ def is_mass_normalised(deck: Deck) -> bool:
 def _outward(position: Array, cells: Index) -> Place | None:
     """Return the direction that most of a surface faces, on either side; None of a round one.
 
-    It is tilted where parts, such as webs, are across it.
+    It is tilted where parts, such as webs, are across it, also of a round one with flat parts.
     """
     surface = Surface(position, cells)
     vectors = surface.cell_normal * np.sqrt(surface.area)[:, None]
     values, axes = np.linalg.eigh(vectors.T @ vectors)
-    if values[2] < ONE_SIDED * values.sum():
-        return None
     axes = axes * np.sign(axes[np.abs(axes).argmax(axis=0), range(3)])
-    for tilt in TILTS:
-        x, y, z = (np.round(axes @ tilt, 3) + 0.0).tolist()
+    tilted = [(np.round(axes @ tilt, 3) + 0.0).tolist() for tilt in TILTS]
+    is_round = values[2] < ONE_SIDED * values.sum()
+    for direction in [None, *tilted] if is_round else tilted:
         try:
-            oriented(position, cells, np.array([x, y, z]))
+            oriented(position, cells, direction and np.array(direction))
         except ValueError:
             continue
-        break
-    return x, y, z
+        return direction and tuple(direction)
+    return None if is_round else tuple(tilted[0])
 
 
 def _weights(model: ModalModel) -> Array:

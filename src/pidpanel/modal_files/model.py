@@ -71,6 +71,8 @@ def modal_model(
             allowed = ", ".join(f"{unit:g}" for unit in MASS_UNITS)
             raise ValueError(f"unit_m = {unit_m:g} needs unit_kg; only {allowed} imply it")
         mass_unit = MASS_UNITS[unit_m] if unit_kg is None else unit_kg
+        if not shapes.frequency.size and len(mesh.element):
+            raise ValueError("no real normal modes of displacements")
         shapes = shapes if mesh.sides is None else shapes.averaged(mesh.node, mesh.sides)
         for name, numbers in (("mesh", mesh.node), ("modes", shapes.node)):
             values, count = np.unique(numbers, return_counts=True)
@@ -203,8 +205,6 @@ def _modal_masses(shapes: ModeShapes, normalised: str, *, is_uniform: bool) -> A
 def _check(model: ModalModel, is_implied: bool) -> None:
     """Refuse what no structure has: frequencies, values, and a mass from wrong units."""
     frequency = model.frequency
-    if not frequency.size:
-        raise ValueError("no real normal modes of displacements")
     if (wrong := ~((frequency >= 0) & (frequency <= HIGHEST))).any():
         k = int(np.argmax(wrong))
         raise ValueError(f"mode {1 + k} has {frequency[k]:g} Hz; 0 to {HIGHEST:g} is allowed")

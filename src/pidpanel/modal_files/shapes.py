@@ -41,6 +41,8 @@ class ModeShapes(NamedTuple):
 
     def averaged(self, node: Index, sides: Index) -> "ModeShapes":
         """Return the mean motion of pairs of nodes (n, 2), as that of nodes (n,)."""
+        if not (present := np.isin(sides, self.node)).all():
+            raise ValueError(f"node {sides[~present][0]} has no displacement")
         order = np.argsort(self.node)
         rows = order[np.searchsorted(self.node, sides, sorter=order)]
         motion, static = self.displacement[rows].mean(axis=1), self.static[rows].mean(axis=1)

@@ -26,7 +26,8 @@ from pidpanel.structure.any_structure import (
 from pidpanel.structure.modal_plate import modal_plate, modal_shapes
 from pidpanel.structure.surface import Surface
 
-NEAR = 0.02  # largest distance of a point from the surface over its size
+NEAR = 0.02  # largest distance of a point from a node of the surface over its size
+MOVED = 1e-3  # such a distance that is stated
 # Largest modal mass of a structure over its mass, with max |u| = 1: less or more is another unit.
 MODAL_SHARE = (0.01, 1.1)
 EFFECTIVE = 1.02  # largest sum of effective masses over the mass
@@ -109,7 +110,7 @@ class ForeignStructure(AnyStructure):
             vertex, distance = self.surface.nearest(np.array(point.position))
             if distance > NEAR * self.surface.size:
                 place = self.surface.vertices[vertex].round(4).tolist()
-                message = f"{distance:.3g} m off the surface; the nearest node is at {place} m"
+                message = f"the nearest node of the surface is {distance:.3g} m away, at {place} m"
                 raise StructureRefused(("points", name, "at_m"), message)
             return vertex
         match = np.flatnonzero(self.model.node_number[self.nodes] == point.node)
@@ -252,6 +253,12 @@ class ForeignStructure(AnyStructure):
         model = self.model
         remarks = [f"{len(model.frequency)} modes to {model.frequency[-1]:.4g} Hz, {model.source}"]
         remarks += model.remarks
+        for name, point, place in zip(
+            self.observations, self.observations.values(), self.point_position, strict=True
+        ):
+            moved = 0.0 if point.position is None else np.linalg.norm(place - point.position)
+            if moved > MOVED * self.surface.size:
+                remarks.append(f"point {name} is at the nearest node, {1e3 * moved:.2g} mm away")
         if (count := model.static_displacement.shape[2]) and not self.pressures:
             remarks.append(f"{count} static cases without structure.modes.pressures are not used")
         return remarks
