@@ -22,6 +22,7 @@ from pidpanel.report.coupon_figures import (
     Law,
 )
 from pidpanel.report.html import Chart, PageCurve
+from pidpanel.report.layout import outline_curves
 from pidpanel.report.response_figures import psd_unit
 
 UNIT = re.compile(r"(, .*\S|\bcycle|\bpatch|\br)$")
@@ -162,3 +163,17 @@ def test_texts_on_colours_have_the_contrast_that_is_required():
         light = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
         contrast = 1.05 / (light + 0.05) if is_dark else (light + 0.05) / 0.05
         assert contrast >= 4.5  # WCAG 2, level AA
+
+
+def test_outlines_of_rings_are_circles_and_those_of_rectangles_stay():
+    turn = np.arange(8) * np.pi / 4 + np.array([0, 0.1] * 4)  # unequal chords
+    wheel = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    k = np.arange(8)
+    cells = np.stack([k, np.roll(k, -1), 8 + np.roll(k, -1), 8 + k], axis=1)
+    lines = outline_curves(np.concatenate([0.2 * wheel, wheel]), cells)
+    radius = np.linalg.norm(np.concatenate(lines), axis=1)
+    assert np.minimum(abs(radius - 1), abs(radius - 0.2)).max() < 1e-12
+    assert len(lines) == 16 and min(map(len, lines)) > 2
+    corners = np.array([[0.0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]])
+    straight = outline_curves(corners, np.array([[0, 1, 4, 3], [1, 2, 5, 4]]))
+    assert len(straight) == 6 and all(len(line) == 2 for line in straight)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pidpanel.report.maps_section import _exceeded_by, map_figure, patch_edges
+from pidpanel.report.maps_section import _exceeded_by, map_figure
 from pidpanel.response.mapping import UNITS, map_dataset
 
 
@@ -15,13 +15,6 @@ def maps():
     one = {name: np.linspace(0, 50, 6) for name in ("acceleration", "displacement")}
     one |= {name: 1e6 * np.linspace(0, 3, 12).reshape(2, 6) for name in UNITS if name not in one}
     return map_dataset({"bare": one, "A_r0.5": one}, [0.1, 0.2], vertices, cells, ["t", "b"])
-
-
-def test_edges_round_a_patch_are_those_of_one_of_its_cells():
-    cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-    assert len(patch_edges(cells, np.array([[True, True]]))) == 6
-    assert {0, 3} in [set(edge) for edge in patch_edges(cells, np.array([[True, False]])).tolist()]
-    assert patch_edges(cells, np.zeros((0, 2), bool)).shape == (0, 2)
 
 
 def test_each_map_has_its_unit_and_one_scale(maps):

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
@@ -20,7 +20,6 @@ from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 
 from pidpanel.arrays import Array
-from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.panel.supports import Supports
 from pidpanel.report import style
@@ -30,6 +29,7 @@ from pidpanel.report.layout import (
     add_legend,
     draw_field,
     figure_of_axes,
+    outline_curves,
     panel_axes,
     separate,
 )
@@ -109,10 +109,11 @@ def _patches(axes: Axes, basis: PanelBasis) -> list[Annotation]:
     vertices, cells, names = basis.vertex_position, basis.cells, []
     for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
         colour = style.place_colour(name, basis.patch_names)
-        line = vertices[boundary_edges(cells[inside])]
-        axes.add_collection(LineCollection(list(line), colors="white", linewidths=3.0, zorder=4))
-        axes.add_collection(LineCollection(list(line), colors=colour, linewidths=1.8, zorder=5))
-        low, high = line.min(axis=(0, 1)), line.max(axis=(0, 1))
+        lines = outline_curves(vertices, cells[inside])
+        axes.add_collection(LineCollection(lines, colors="white", linewidths=3.0, zorder=4))
+        axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.8, zorder=5))
+        places = np.concatenate(lines)
+        low, high = places.min(axis=0), places.max(axis=0)
         below = (low[0] + high[0]) / 2, low[1]
         names.append(axes.annotate(
             name, below, (0, -2), color=colour, ha="center", va="top", **_BOLD
@@ -173,9 +174,11 @@ def _held_parts(axes: Axes, structure: AnyStructure) -> None:
 
 def _edges(axes: Axes, basis: PanelBasis, supports: Supports) -> None:
     """Draw the outline and, a little wider, the edges with supports of their own."""
-    outline = basis.vertex_position[boundary_edges(basis.cells)]
-    edges = [([(edge.start, edge.end)], edge.kind, 0.6) for edge in supports.edges]
-    for lines, kind, wider in ((list(outline), supports.outline, 0.0), *edges):
+    outline = outline_curves(basis.vertex_position, basis.cells)
+    # elements have chords: what is between them and a round hole is no surface
+    axes.add_collection(PolyCollection(outline, facecolors="white", zorder=2))
+    edges = [([np.array([edge.start, edge.end])], edge.kind, 0.6) for edge in supports.edges]
+    for lines, kind, wider in ((outline, supports.outline, 0.0), *edges):
         colour, width, dashes, word = _EDGE[kind]
         axes.add_collection(LineCollection(
             lines, colors=colour, linewidths=width + wider, linestyles=[dashes], zorder=3,

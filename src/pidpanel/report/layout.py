@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import matplotlib as mpl
@@ -16,6 +17,7 @@ from matplotlib.tri import Triangulation, TriContourSet
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Index
+from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.report import style
 from pidpanel.report.html import PageCurve
 from pidpanel.report.text import SUPERSCRIPT
@@ -34,6 +36,10 @@ SHADES = 64  # of the colour scale of a map
 # Ticks of a decade of frequency, by the least distance of two of them [decades].
 STEPS = {0.095: (1, 1.5, 2, 3, 4, 5, 7), 0.3: (1, 2, 5), 0.47: (1, 3), 1.0: (1,)}
 MOST_WIDE = 1e4  # ratio of the ends of an axis that has numbers between powers of ten
+ARC = 6  # straight pieces of an arc
+# Distance of the centres of two circles over their radius that are one, and the sharpest turn [rad]
+# between chords of a circle: that of corners is larger.
+OFF_CIRCLE, SHARPEST = 0.02, 0.9
 TICK_WIDTH = 0.38  # of a number of four digits with its gap [inch]
 
 GREY = "#555555"  # colour of a legend's line that represents all colours
@@ -116,6 +122,43 @@ def pick(values: Array, count: int) -> Array:
 def triangles_of(cells: Index) -> Index:
     """Return the triangles (n, 3) of elements with three or more corners."""
     return np.concatenate([cells[:, [0, i, i + 1]] for i in range(1, cells.shape[1] - 1)])
+
+
+def outline_curves(vertices: Array, cells: Index) -> list[Array]:
+    """Return the edges round elements as lines (k, d), those along a circle as arcs of it.
+
+    An edge is on a circle if it is so with the edge before and with the edge behind it.
+    """
+    edges = boundary_edges(cells)
+    count, total = np.zeros((2, len(vertices)), dtype=np.int64)
+    np.add.at(count, edges, 1)
+    np.add.at(total, edges, edges[:, ::-1])
+    other = np.where(count[edges] == 2, total[edges] - edges[:, ::-1], edges)  # ends of neighbours
+    before, start, end, behind = vertices[[other[:, 0], *edges.T, other[:, 1]]]
+    centre, further = _circle(before, start, end), _circle(start, end, behind)
+    radius = np.linalg.norm(start - centre, axis=1)
+    steps = [start - before, end - start, behind - end]
+    unit = [step / np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None] for step in steps]
+    turn = [np.sum(a * b, axis=1) for a, b in pairwise(unit)]
+    is_round = np.linalg.norm(centre - further, axis=1) < OFF_CIRCLE * radius
+    is_round &= np.minimum(*turn) > np.cos(SHARPEST)
+    share = np.linspace(0, 1, ARC + 1)[:, None]
+    lines = [np.stack(ends) for ends in zip(start, end, strict=True)]
+    for edge in np.flatnonzero(is_round).tolist():
+        arm = start[edge] + share * (end - start)[edge] - centre[edge]
+        scale = radius[edge] / np.linalg.norm(arm, axis=1, keepdims=True)
+        lines[edge] = centre[edge] + scale * arm
+    return lines
+
+
+def _circle(a: Array, b: Array, c: Array) -> Array:
+    """Return the centres (n, d) of circles through three points; NaN of straight lines."""
+    u, v = b - a, c - a
+    uu, vv, uv = (np.sum(x * y, axis=1)[:, None] for x, y in ((u, u), (v, v), (u, v)))
+    twice = 2 * (uu * vv - uv**2)
+    arm = vv * (uu - uv) * u + uu * (vv - uv) * v
+    straight = twice <= 1e-12 * uu * vv
+    return a + np.divide(arm, twice, out=np.full(arm.shape, np.nan), where=~straight)
 
 
 def draw_field(

@@ -4,14 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from pidpanel.arrays import Array, Flags, Index
+from pidpanel.arrays import Array, Flags
 from pidpanel.constants import STANDARD_GRAVITY
-from pidpanel.geometry.plane_mesh import boundary_edges, cell_areas
+from pidpanel.geometry.plane_mesh import cell_areas
 from pidpanel.report.html import PageSection, figure_picture, template_section
-from pidpanel.report.layout import add_colour_bar, draw_field, panel_axes
+from pidpanel.report.layout import add_colour_bar, draw_field, outline_curves, panel_axes
 
 # Fields drawn: label with unit, factor from SI to that unit, colour map.
 FIELD_STYLES = {
@@ -46,19 +46,6 @@ def fields_of(*maps: xr.Dataset) -> dict[str, tuple[str, float, str]]:
     return {name: look for name, look in FIELD_STYLES.items() if all(name in each for each in maps)}
 
 
-def patch_edges(cells: Index, cell_in_patch: Flags) -> Index:
-    """Return the vertices (n_edges, 2) of the edges round the patches.
-
-    Examples
-    --------
-    >>> two = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-    >>> len(patch_edges(two, np.array([[True, True]])))
-    6
-    """
-    around = [boundary_edges(cells[members]) for members in cell_in_patch]
-    return np.concatenate([np.zeros((0, 2), dtype=np.int64), *around])
-
-
 def map_figure(
     maps: xr.Dataset,
     cell_in_patch: Flags,
@@ -69,7 +56,8 @@ def map_figure(
     """Draw the cases side by side, in rows of `ACROSS`; all maps of a field have one scale."""
     tops = tops or scale_ends(maps, styles)
     position, cells = maps["vertex_position"].to_numpy(), maps["cells"].to_numpy().astype(np.int64)
-    edges = position[patch_edges(cells, cell_in_patch)]
+    edges = [line for members in cell_in_patch for line in outline_curves(position, cells[members])]
+    outline = outline_curves(position, cells)
     length, width = np.ptp(position, axis=0)
     across = min(ACROSS, len(titles))
     rows = -(-len(titles) // across)
@@ -87,7 +75,8 @@ def map_figure(
             drawn.append(
                 draw_field(axes, position, cells, field * factor, colours, (0.0, tops[name]))
             )
-            axes.add_collection(LineCollection(list(edges), color="white", linewidth=0.8))
+            axes.add_collection(PolyCollection(outline, facecolors="white"))
+            axes.add_collection(LineCollection(edges, color="white", linewidth=0.8))
             panel_axes(axes, position, 0.0)
             axes.set_title(title)
         add_colour_bar(figure, drawn[0], axes_row[: len(titles)].tolist(), label, shrink=0.8)
