@@ -133,14 +133,14 @@ def outline_curves(vertices: Array, cells: Index) -> list[Array]:
     count, total = np.zeros((2, len(vertices)), dtype=np.int64)
     np.add.at(count, edges, 1)
     np.add.at(total, edges, edges[:, ::-1])
-    other = np.where(count[edges] == 2, total[edges] - edges[:, ::-1], edges)  # ends of neighbours
-    before, start, end, behind = vertices[[other[:, 0], *edges.T, other[:, 1]]]
-    centre, further = _circle(before, start, end), _circle(start, end, behind)
+    neighbour = np.where(count[edges] == 2, total[edges] - edges[:, ::-1], edges)
+    previous, start, end, following = vertices[[neighbour[:, 0], *edges.T, neighbour[:, 1]]]
+    centre, next_centre = _circle(previous, start, end), _circle(start, end, following)
     radius = np.linalg.norm(start - centre, axis=1)
-    steps = [start - before, end - start, behind - end]
+    steps = [start - previous, end - start, following - end]
     unit = [step / np.maximum(np.linalg.norm(step, axis=1), 1e-300)[:, None] for step in steps]
     turn = [np.sum(a * b, axis=1) for a, b in pairwise(unit)]
-    is_round = np.linalg.norm(centre - further, axis=1) < OFF_CIRCLE * radius
+    is_round = np.linalg.norm(centre - next_centre, axis=1) < OFF_CIRCLE * radius
     is_round &= np.minimum(*turn) > np.cos(SHARPEST)
     share = np.linspace(0, 1, ARC + 1)[:, None]
     lines = [np.stack(ends) for ends in zip(start, end, strict=True)]
