@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
+import pandas as pd
 
 from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.report import html, style
@@ -22,7 +23,9 @@ def energy_section(energy: EnergyResults, inputs: Inputs) -> html.PageSection:
     drawn = drawn_scenarios(inputs.summary[inputs.summary["scenario"].isin(main)])
     rows = energy.summary
     good = rows[rows["status"] == "ok"]
-    refused = with_names(rows[rows["status"] != "ok"], inputs.names)
+    refused = with_names(rows[rows["status"] != "ok"], inputs.names).drop_duplicates("scenario")
+    is_bare = [s.label for s in inputs.study.all_scenarios() if s.is_bare]
+    damped = good[~good["scenario"].isin(is_bare) & (good["modal_rms_g"] > 0)]
     compared = energy.bands.dropna(subset="difference_db")
     octave = compared[compared["scenario"].isin(good["scenario"])]
     octave = octave.groupby("scenario").tail(3)
@@ -30,11 +33,28 @@ def energy_section(energy: EnergyResults, inputs: Inputs) -> html.PageSection:
         "picture": chart_picture("energy", list(_charts(energy, inputs, drawn)), across=2),
         "first": None if good.empty else good.iloc[0],
         "largest": octave["difference_db"].abs().max(),
+        "interval": records(_interval(energy.bands, good)),
+        "added": (damped["acceleration_rms_g"] / damped["modal_rms_g"] - 1).abs().max(),
         "rows": records(with_names(good, inputs.names)),
         "decimals": common_decimals(good["acceleration_rms_error_g"], 0) if len(good) else 0,
-        "refused": records(refused.drop_duplicates("scenario")),
+        "refused": [
+            {"scenarios": list(group["scenario"]), **dict(group.iloc[0])}
+            for _, group in refused.groupby("status", sort=False)
+        ],
     }
     return html.template_section("energy.html", "High frequencies", values)
+
+
+def _interval(bands: pd.DataFrame, good: pd.DataFrame) -> pd.DataFrame:
+    """Return the first band above the transition and the last, of the first scenario with both."""
+    if good.empty:
+        return bands.head(0)
+    first = good.iloc[0]
+    above = bands[
+        (bands["scenario"] == first["scenario"])
+        & (bands["center_hz"] > first["transition_high_hz"])
+    ]
+    return above.iloc[[0, -1]] if len(above) > 1 else above
 
 
 def _charts(energy: EnergyResults, inputs: Inputs, drawn: list[str]) -> Iterator[html.Chart]:
