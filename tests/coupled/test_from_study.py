@@ -8,6 +8,7 @@ from pidpanel.coupled.checkpoints import IDENTITY, read_record, write_record
 from pidpanel.coupled.estimate import PatchEstimate, ScenarioEstimate
 from pidpanel.coupled.from_study import SimulatedBed, estimate_tables, write_estimate
 from pidpanel.coupled.impedance import BandImpedance
+from pidpanel.coupled.kurtosis import Bursts
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.provenance.results import ResultsDamaged
@@ -53,8 +54,9 @@ def stored(tmp_path):
         split_error=0.01 * by_point,
         contact_error=np.zeros(2),
         recorded=(by_point * G) ** 2 * 900,
-        kurtosis=0.8 * by_point,
-        kurtosis_error=0.1 * by_point,
+        bursts=Bursts(
+            0.8 * by_point, 0.1 * by_point, np.outer([1, 2, 3], by_point), np.ones((3, 2))
+        ),
     )
     beds = [SimulatedBed("P", 4e-5, 6.0, 5e7), SimulatedBed("Q", 5e-5, 7.0, 2e8)]
     path = tmp_path / "estimate.nc"
@@ -75,6 +77,8 @@ def test_the_table_of_points_has_rms_and_its_error(stored):
     assert table["residual_db"].to_numpy() == pytest.approx(10 * np.log10(np.exp([-0.03, -0.06])))
     assert table["excess_kurtosis"].to_numpy() == pytest.approx([0.8, 1.6])
     assert table["excess_kurtosis_error"].to_numpy() == pytest.approx([0.1, 0.2])
+    assert table["log_damage_8"].tolist() == [2, 4]
+    assert table["log_damage_error_12"].tolist() == [1, 1]
     assert table["runs"].tolist() == [3, 3]
 
 

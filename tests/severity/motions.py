@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pidpanel.severity.tables import Kurtosis, PointMotion
+from pidpanel.severity.tables import Bursts, PointMotion
 
 WHERE = {"scenario": "A"}
 FREQUENCY = np.linspace(20.0, 500.0, 961)
@@ -13,4 +13,4 @@ def motion(psd, *, points=("P",), error=ERROR):
     count = len(points)
     values = np.full((FREQUENCY.size, count), psd)
     errors = np.full(count, error)
-    return PointMotion(WHERE, list(points), FREQUENCY, values, errors, Kurtosis.gaussian(count))
+    return PointMotion(WHERE, list(points), FREQUENCY, values, errors, Bursts.none(count))

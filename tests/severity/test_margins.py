@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pidpanel.severity.margins import ROW, band_rows, rms_rows, with_margins
-from pidpanel.severity.tables import Kurtosis, PointMotion
+from pidpanel.severity.tables import Bursts, PointMotion
 from pidpanel.spectra.break_points import BreakPoints
 from tests.severity.motions import ERROR, WHERE, motion
 
@@ -43,9 +43,7 @@ def test_a_margin_is_that_of_flat_psds_at_points_with_limits_alone():
 
 def test_margins_are_of_all_bands_that_the_response_and_the_limit_share():
     lines = np.array([20.0, 60.0, 200.0, 500.0])
-    moved = PointMotion(
-        WHERE, ["P"], lines, np.full((4, 1), 0.1), np.zeros(1), Kurtosis.gaussian(1)
-    )
+    moved = PointMotion(WHERE, ["P"], lines, np.full((4, 1), 0.1), np.zeros(1), Bursts.none(1))
     wide = BreakPoints(np.array([10.0, 100.0, 1000.0]), np.full(3, 0.4))
     rows = table(band_rows(moved, {"P": wide}))
     # bands whose centres 10^(n/10) lie within 20 to 500 Hz

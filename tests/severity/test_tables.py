@@ -14,7 +14,7 @@ from pidpanel.severity.tables import (
     COLUMNS,
     CORE,
     STRESSES,
-    Kurtosis,
+    Bursts,
     fatigue_rows,
     index_maps,
     peak_rows,
@@ -46,10 +46,10 @@ def test_the_error_of_damage_is_what_a_stress_larger_by_its_error_does(exponent)
     error = pd.Series(0.01 * np.arange(1.0, len(places) + 1), places)
     line = FatigueLine(100e6, 1e6, exponent)
 
-    def rows(level, seconds=60.0, kurtosis=Kurtosis.gaussian(2)):  # noqa: B008
+    def rows(level, seconds=60.0, bursts=Bursts.none(2)):  # noqa: B008
         stress = stress_of(level)
         return table(
-            "fatigue", fatigue_rows(WHERE, stress, FREQUENCY, error, line, seconds, kurtosis)
+            "fatigue", fatigue_rows(WHERE, stress, FREQUENCY, error, line, seconds, bursts)
         )
 
     stated = rows(1e8)
@@ -83,8 +83,8 @@ def test_a_peak_is_that_of_the_rms_with_its_error():
 
 
 def test_bursts_raise_peaks_and_damage_where_the_records_have_them():
-    bursts = Kurtosis(np.array([0.0, 1.4]), np.array([0.0, 0.3]))
-    psd = motion(1e-4, points=("P0", "P1"), error=0.0)._replace(kurtosis=bursts)
+    bursts = Bursts(*np.array([[0.0, 1.4], [0.0, 0.3], [0.0, 2.3], [0.0, 0.7]]))
+    psd = motion(1e-4, points=("P0", "P1"), error=0.0)._replace(bursts=bursts)
     calm, loud = list(peak_rows(psd, 60.0))
     largest = calm["peak_g"] / calm["acceleration_rms_g"]
     assert loud["peak_g"] == pytest.approx(calm["peak_g"] * transformed(largest, 1.4) / largest)
@@ -96,12 +96,23 @@ def test_bursts_raise_peaks_and_damage_where_the_records_have_them():
     line = FatigueLine(100e6, 1e6, 8.0)
     stress = stress_of(1e8, ("top",))
     few, many = (
-        table("fatigue", fatigue_rows(WHERE, stress, FREQUENCY, none, line, 60.0, kurtosis))
-        for kurtosis in (Kurtosis.gaussian(2), bursts)
+        table("fatigue", fatigue_rows(WHERE, stress, FREQUENCY, none, line, 60.0, records))
+        for records in (Bursts.none(2), bursts)
     )
-    ratio = many["damage_dirlik"] / few["damage_dirlik"]
-    assert ratio.between(4, 20).all()  # 4.8 at b = 8 was measured for an excess of 0.9
-    assert (many["damage_log_error"] > 0.2).all() and (few["damage_log_error"] == 0).all()
+    np.testing.assert_allclose(many["damage_dirlik"] / few["damage_dirlik"], np.exp(2.3))
+    assert (many["damage_log_error"] == 0.7).all() and (few["damage_log_error"] == 0).all()
+
+
+@pytest.mark.parametrize("exponent", [3.0, 4.0, 6.0, 8.0, 12.0, 20.0])
+def test_damage_of_records_goes_with_the_exponent_as_that_of_a_slow_factor(exponent):
+    # a Gaussian motion whose ln rms has the variance v: ⟨a^b⟩/⟨a²⟩^(b/2) = exp(v b(b − 2)/2)
+    variance = np.array([0.02, 0.0, -0.01])
+    columns = {"excess_kurtosis": 0.1, "excess_kurtosis_error": 0.1}
+    for b in (4, 8, 12):
+        columns |= {f"log_damage_{b}": variance * b * (b - 2) / 2, f"log_damage_error_{b}": 0.0}
+    found = Bursts.recorded(pd.DataFrame(columns), exponent)
+    expected = np.maximum(variance, 0) * exponent * (exponent - 2) / 2
+    np.testing.assert_allclose(found.damage, expected, atol=1e-12)
 
 
 def three_sigmas():

@@ -27,7 +27,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, Impedance
 from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
-from pidpanel.coupled.kurtosis import excess_kurtosis
+from pidpanel.coupled.kurtosis import Bursts, bursts_of
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
 from pidpanel.coupled.softening import Softened
@@ -80,9 +80,7 @@ class ScenarioEstimate:
     contact_error: Array  # (p,) part of `log_error` by softened contacts
     # (p,) mean square of the acceleration of the records, with the own force of few cells [(m/s²)²]
     recorded: Array
-    # (p,) excess kurtosis of the accelerations of the records, and its standard error [1]
-    kurtosis: Array
-    kurtosis_error: Array
+    bursts: Bursts  # of the accelerations of the records
 
     @property
     def reducible_error(self) -> Array:
@@ -151,7 +149,6 @@ def estimate(
     linear = [run.squares(run.linear_motion(impedances), edge) for run in runs]
     by_band, total = _residuals(recorded, variants.band_squares(own_force, edge), linear)
     band_variance = variance(lambda change: variants.band_change(change, edge))
-    kurtosis, kurtosis_error = excess_kurtosis(records)
     return ScenarioEstimate(
         centre=centre,
         patches=[
@@ -169,8 +166,7 @@ def estimate(
         split_error=total[1],
         contact_error=np.hypot(2 * bias, variants.total_change(changes[1])),
         recorded=recorded.sum(axis=1).mean(axis=0),
-        kurtosis=kurtosis,
-        kurtosis_error=kurtosis_error,
+        bursts=bursts_of(records),
     )
 
 

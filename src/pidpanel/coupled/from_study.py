@@ -14,6 +14,7 @@ from pidpanel.constants import STANDARD_GRAVITY
 from pidpanel.coupled.beds import cpu_per_interval
 from pidpanel.coupled.estimate import ScenarioEstimate
 from pidpanel.coupled.excited_panel import ExcitedPanel
+from pidpanel.coupled.kurtosis import EXPONENTS
 from pidpanel.coupled.scenario import CoupledScenario, RunSettings, SimulatedPatch
 from pidpanel.coupled.scenario_runs import INTERVALS_PER_PERIOD, STEP_RAYLEIGH, ScenarioRuns
 from pidpanel.coupled.segments import SettledRecord
@@ -311,8 +312,10 @@ def _point_variables(estimate: ScenarioEstimate) -> dict[str, Any]:
         "log_error": variable("point", estimate.log_error, "1"),
         "residual": variable("point", estimate.residual, "1"),
         "recorded": variable("point", estimate.recorded, "m2 s-4"),
-        "excess_kurtosis": variable("point", estimate.kurtosis, "1"),
-        "excess_kurtosis_error": variable("point", estimate.kurtosis_error, "1"),
+        "excess_kurtosis": variable("point", estimate.bursts.kurtosis, "1"),
+        "excess_kurtosis_error": variable("point", estimate.bursts.kurtosis_error, "1"),
+        "log_damage": variable("exponent point", estimate.bursts.damage, "1"),
+        "log_damage_error": variable("exponent point", estimate.bursts.damage_error, "1"),
     }
 
 
@@ -338,9 +341,11 @@ def estimate_tables(scenario: str, stored: xr.Dataset) -> dict[str, pd.DataFrame
             "residual_db": DECIBEL * stored["residual"].to_numpy(),
             "excess_kurtosis": stored["excess_kurtosis"].to_numpy(),
             "excess_kurtosis_error": stored["excess_kurtosis_error"].to_numpy(),
+            **{f"{name}_{b}": stored[name].to_numpy()[row] for row, b in enumerate(EXPONENTS)
+               for name in ("log_damage", "log_damage_error")},
             "runs": int(stored.attrs["runs"]),
         }
-    )
+    )  # fmt: skip
 
     def long_table(axis: Array, columns: Mapping[str, Array]) -> pd.DataFrame:
         names = ["scenario", "point", "frequency_hz"]

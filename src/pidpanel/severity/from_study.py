@@ -22,7 +22,7 @@ from pidpanel.severity.oscillators import miles, natural_frequencies, response_s
 from pidpanel.severity.strength import LayerStrength
 from pidpanel.severity.tables import (
     COLUMNS,
-    Kurtosis,
+    Bursts,
     PointMotion,
     fatigue_rows,
     index_maps,
@@ -48,18 +48,19 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     )
     frequency = psd["frequency"].to_numpy()
     natural = natural_frequencies(frequency[0], frequency[-1])
-    fatigue, line = severity.fatigue, None
+    fatigue, line, exponent = severity.fatigue, None, 0.0
     if fatigue is not None:
-        line = FatigueLine(fatigue.stress_mpa * 1e6, fatigue.cycles, fatigue.exponent)
+        exponent = fatigue.exponent
+        line = FatigueLine(fatigue.stress_mpa * 1e6, fatigue.cycles, exponent)
     layers, core = strengths(severity.strength)
     oscillators: list[pd.DataFrame] = []
     peaks: list[dict[str, Any]] = []
     rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in COLUMNS}
     coupled = files.get("coupled")
     recorded = None if coupled is None else read_csv(coupled, dtype=NAMES).set_index([*NAMES])
-    for motion in _motions(psd, summary, kurtosis=recorded):
+    for motion in _motions(psd, summary, recorded=recorded, exponent=exponent):
         motion = motion._replace(error=np.nan_to_num(motion.error))
-        where, points, _, values, error, kurtosis = motion
+        where, points, _, values, error, bursts = motion
         case_key = tuple(where.values())
         rms = response_spectrum(frequency, values, natural, severity.quality)
         approximate = miles(frequency, values, natural, severity.quality)
@@ -78,7 +79,7 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
             relative_error = stress_values["relative_error"].fillna(0.0)
             rows["fatigue"] += fatigue_rows(
                 where, stress.sel(where), frequency, relative_error, line,
-                severity.duration_s, kurtosis,
+                severity.duration_s, bursts,
             )  # fmt: skip
     write_csv(output.oscillators, pd.concat(oscillators))
     write_csv(output.peaks, pd.DataFrame(peaks))
@@ -159,11 +160,12 @@ def _motions(
     psd: xr.Dataset,
     summary: pd.DataFrame,
     unknown: Sequence[str] = (),
-    kurtosis: pd.DataFrame | None = None,
+    recorded: pd.DataFrame | None = None,
+    exponent: float = 0.0,
 ) -> Iterator[PointMotion]:
     """Yield the motion in each scenario with a response.
 
-    ``summary`` and ``kurtosis``, that of ``coupled/summary.csv``, are by scenario and point.
+    ``summary`` and ``recorded``, that of ``coupled/summary.csv``, are by scenario and point.
     """
     relative = summary["acceleration_rms_error_g"] / summary["acceleration_rms_g"]
     points = [str(name) for name in psd["point"].to_numpy()]
@@ -174,10 +176,8 @@ def _motions(
             error = relative.loc[where["scenario"]].reindex(points).to_numpy()
             error = np.where(scenario in unknown, np.nan, error)
             psd_g = values / STANDARD_GRAVITY**2
-            excess = Kurtosis.gaussian(len(points))
-            if kurtosis is not None and where["scenario"] in kurtosis.index:
-                rows = kurtosis.loc[where["scenario"]].reindex(points)
-                excess = Kurtosis(
-                    *(rows[f"excess_kurtosis{end}"].to_numpy() for end in ("", "_error"))
-                )
-            yield PointMotion(where, points, psd["frequency"].to_numpy(), psd_g, error, excess)
+            bursts = Bursts.none(len(points))
+            if recorded is not None and where["scenario"] in recorded.index:
+                rows = pd.DataFrame(recorded.loc[where["scenario"]]).reindex(points)
+                bursts = Bursts.recorded(rows, exponent)
+            yield PointMotion(where, points, psd["frequency"].to_numpy(), psd_g, error, bursts)

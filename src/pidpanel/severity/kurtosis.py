@@ -1,19 +1,16 @@
-"""Peaks and damage of a motion whose kurtosis exceeds that of a Gaussian one.
+"""Peaks of a motion whose kurtosis exceeds that of a Gaussian one.
 
 The motion is taken as a cubic function of a Gaussian one of unit rms (Winterstein, J. Eng. Mech.
 114 (1988) 1772-1790), here of equal tails on both sides:
 
     X = h (U + c (U³ − 3U)),    c = (√(1 + 3k/2) − 1)/18,    h = (1 + 6c²)^(−1/2),
 
-with k the excess kurtosis. Peaks grow with X(U), and amplitudes of a narrow band with those of a
-Rayleigh distribution up to the largest peak.
+with k the excess kurtosis. Peaks grow with X(U).
 """
 
 import numpy as np
 
 from pidpanel.arrays import Array
-
-STEPS = 2000  # of the integral over amplitudes
 
 
 def transformed(gaussian: Array, excess: Array) -> Array:
@@ -27,20 +24,3 @@ def transformed(gaussian: Array, excess: Array) -> Array:
     cubic = (np.sqrt(1 + 1.5 * np.maximum(excess, 0.0)) - 1) / 18
     scale = 1 / np.sqrt(1 + 6 * cubic**2)
     return np.asarray(scale * (gaussian + cubic * (gaussian**3 - 3 * gaussian)))
-
-
-def damage_factor(exponent: float, excess: Array, largest: Array) -> Array:
-    """Return the damage over that of a Gaussian stress of the same rms [1].
-
-    Parameters
-    ----------
-    exponent
-        b of the S-N line.
-    excess, largest
-        Excess kurtosis, and the largest Gaussian peak in the duration over the rms [1].
-    """
-    amplitude = np.multiply.outer(np.linspace(0.0, 1.0, STEPS), largest)
-    density = amplitude * np.exp(-(amplitude**2) / 2)
-    powers = (transformed(amplitude, excess) ** exponent, amplitude**exponent)
-    numerator, denominator = (np.trapezoid(density * power, axis=0) for power in powers)
-    return np.asarray(numerator / denominator)

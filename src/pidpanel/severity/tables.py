@@ -5,7 +5,8 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -14,7 +15,7 @@ import xarray as xr
 
 from pidpanel.arrays import Array
 from pidpanel.severity.fatigue import FatigueLine, dirlik_damage_rate, narrow_band_damage_rate
-from pidpanel.severity.kurtosis import damage_factor, transformed
+from pidpanel.severity.kurtosis import transformed
 from pidpanel.severity.moments import peak_factor, spectral_moment, zero_crossing_rate
 from pidpanel.severity.strength import (
     LayerStrength,
@@ -29,21 +30,36 @@ CORE = "core"
 PLACE = ("scenario", "point")  # first columns of every table, which identify a row
 
 
-class Kurtosis(NamedTuple):
-    """Excess kurtosis of the accelerations at the points; 0 where nothing is known of it."""
+class Bursts(NamedTuple):
+    """How far accelerations at the points are from Gaussian ones; 0 where nothing is known."""
 
-    value: Array  # (n_points,) [1]
-    error: Array  # standard error
+    kurtosis: Array  # (n_points,) excess [1]
+    kurtosis_error: Array  # standard error
+    # (n_points,) ln of the damage over that of a Gaussian motion, at the exponent of the S-N line
+    damage: Array
+    damage_error: Array
 
     @classmethod
-    def gaussian(cls, count: int) -> Self:
-        """Return that of Gaussian motions."""
-        return cls(np.zeros(count), np.zeros(count))
+    def none(cls, count: int) -> Self:
+        """Return those of Gaussian motions."""
+        return cls(*np.zeros((4, count)))
 
-    def spread(self, function: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Return a function of the excess, and its standard error."""
-        ends = function(self.value + self.error), function(self.value - self.error)
-        return function(self.value), (ends[0] - ends[1]) / 2
+    @classmethod
+    def recorded(cls, rows: pd.DataFrame, exponent: float) -> Self:
+        """Return those of points in ``coupled/summary.csv``.
+
+        ln of the damage is interpolated over b(b − 2), with which it goes for few bursts, and
+        counts from 0 up.
+        """
+        names = [name for name in rows if re.fullmatch(r"log_damage_\d+", str(name))]
+        known = np.array([float(str(name).rpartition("_")[2]) for name in names])
+        scale = exponent * max(exponent - 2, 0.0)
+        parts = []
+        for columns in (names, [str(name).replace("damage_", "damage_error_") for name in names]):
+            share = rows[columns].to_numpy(float) / (known * (known - 2))
+            parts.append(scale * np.array([np.interp(exponent, known, row) for row in share]))
+        value, error = (rows[f"excess_kurtosis{end}"].to_numpy() for end in ("", "_error"))
+        return cls(value, error, np.maximum(parts[0], 0), parts[1])
 
 
 class PointMotion(NamedTuple):
@@ -54,15 +70,19 @@ class PointMotion(NamedTuple):
     frequency: Array  # (nf,) [Hz]
     psd: Array  # (nf, n_points) [g²/Hz]
     error: Array  # (n_points,) of the rms, relative
-    kurtosis: Kurtosis
+    bursts: Bursts
 
 
 def peak_rows(motion: PointMotion, duration: float) -> Iterator[dict[str, Any]]:
     """Yield a row per point that moves."""
-    where, points, frequency, psd, error, kurtosis = motion
+    where, points, frequency, psd, error, bursts = motion
     rate = zero_crossing_rate(frequency, psd)
     gaussian = peak_factor(rate, duration)
-    factor, factor_error = kurtosis.spread(lambda excess: transformed(gaussian, excess))
+    value, spread = bursts.kurtosis, bursts.kurtosis_error
+    factor = transformed(gaussian, value)
+    factor_error = (
+        transformed(gaussian, value + spread) - transformed(gaussian, value - spread)
+    ) / 2
     rms = np.sqrt(spectral_moment(frequency, psd, 0))
     for index, point in enumerate(points):
         if rms[index] > 0:
@@ -74,8 +94,8 @@ def peak_rows(motion: PointMotion, duration: float) -> Iterator[dict[str, Any]]:
                 "zero_crossings_hz": rate[index],
                 "peak_g": factor[index] * rms[index],
                 "peak_error_g": rms[index] * np.hypot(factor * error, factor_error)[index],
-                "excess_kurtosis": kurtosis.value[index],
-                "excess_kurtosis_error": kurtosis.error[index],
+                "excess_kurtosis": value[index],
+                "excess_kurtosis_error": spread[index],
             }
 
 
@@ -92,7 +112,7 @@ def fatigue_rows(
     relative_error: pd.Series,
     line: FatigueLine,
     duration: float,
-    kurtosis: Kurtosis,
+    bursts: Bursts,
 ) -> Iterator[tuple[Any, ...]]:
     """Yield a row of fatigue damage per point, layer and stress.
 
@@ -106,8 +126,8 @@ def fatigue_rows(
         Relative errors of the rms stresses, by point, layer and quantity [1].
     line, duration
         S-N line of the material, and time of exposure [s].
-    kurtosis
-        That of the accelerations, which the stresses at the points are taken to have.
+    bursts
+        Those of the accelerations, which the stresses at the points are taken to have.
     """
     points, layers = (stress[axis].to_numpy().astype(str).tolist() for axis in ("point", "layer"))
     for quantity in STRESSES:
@@ -116,24 +136,14 @@ def fatigue_rows(
         rate = zero_crossing_rate(frequency, psd)
         dirlik = dirlik_damage_rate(frequency, psd, line)
         narrow_band = narrow_band_damage_rate(frequency, psd, line)
-        largest = peak_factor(rate, duration)
-        factor, factor_error = _damage_factors(line, kurtosis, largest)
         for (p, point), (n, layer) in itertools.product(enumerate(points), enumerate(layers)):
             if rms[p, n] > 0:
-                values = (rms, rate, duration * factor * dirlik, duration * factor * narrow_band)
+                values = (rms, rate, dirlik, narrow_band)
                 numbers = [float(value[p, n]) for value in values]
+                numbers[2:] = [duration * math.exp(bursts.damage[p]) * rate for rate in numbers[2:]]
                 error = line.exponent * math.log1p(relative_error[point, layer, quantity])
-                error = math.hypot(error, factor_error[p, n])
+                error = math.hypot(error, bursts.damage_error[p])
                 yield (*where.values(), point, layer, quantity, *numbers, error)
-
-
-def _damage_factors(line: FatigueLine, kurtosis: Kurtosis, largest: Array) -> tuple[Array, Array]:
-    """Return the factors of damage and the errors of their logarithms, by point and layer."""
-    by_layer = Kurtosis(kurtosis.value[:, None], kurtosis.error[:, None])
-    logarithm, error = by_layer.spread(
-        lambda excess: np.log(damage_factor(line.exponent, excess, largest))
-    )
-    return np.exp(logarithm), error
 
 
 STRENGTH_COLUMNS = (
