@@ -8,7 +8,7 @@ from pidpanel.coupled.checkpoints import IDENTITY, read_record, write_record
 from pidpanel.coupled.estimate import PatchEstimate, ScenarioEstimate
 from pidpanel.coupled.from_study import SimulatedBed, estimate_tables, write_estimate
 from pidpanel.coupled.impedance import BandImpedance
-from pidpanel.coupled.kurtosis import Bursts
+from pidpanel.coupled.kurtosis import RecordedBursts
 from pidpanel.coupled.own_force import OwnForce
 from pidpanel.coupled.segments import SettledRecord
 from pidpanel.provenance.results import ResultsDamaged
@@ -54,7 +54,7 @@ def stored(tmp_path):
         split_error=0.01 * by_point,
         contact_error=np.zeros(2),
         recorded=(by_point * G) ** 2 * 900,
-        bursts=Bursts(
+        bursts=RecordedBursts(
             0.8 * by_point, 0.1 * by_point, np.outer([1, 2, 3], by_point), np.ones((3, 2))
         ),
     )

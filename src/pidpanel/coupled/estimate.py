@@ -27,7 +27,7 @@ import numpy as np
 from pidpanel.arrays import Array, Complexes
 from pidpanel.coupled.coupled_panel import CoupledPanel, CoupledPatch, Impedance
 from pidpanel.coupled.impedance import BandImpedance, ImpedanceSums
-from pidpanel.coupled.kurtosis import Bursts, bursts_of
+from pidpanel.coupled.kurtosis import RecordedBursts, bursts_of
 from pidpanel.coupled.own_force import OwnForce, fitted_own_force
 from pidpanel.coupled.segments import RecordSegments, SettledRecord
 from pidpanel.coupled.softening import Softened
@@ -80,7 +80,7 @@ class ScenarioEstimate:
     contact_error: Array  # (p,) part of `log_error` by softened contacts
     # (p,) mean square of the acceleration of the records, with the own force of few cells [(m/s²)²]
     recorded: Array
-    bursts: Bursts  # of the accelerations of the records
+    bursts: RecordedBursts  # of the accelerations of the records
 
     @property
     def reducible_error(self) -> Array:

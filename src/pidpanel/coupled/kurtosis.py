@@ -24,7 +24,7 @@ EXPONENTS = (4, 8, 12)  # of S-N lines at which damage is known
 SURROGATES = 20  # records of random phases for each record
 
 
-class Bursts(NamedTuple):
+class RecordedBursts(NamedTuple):
     """How far the accelerations at the points are from Gaussian ones."""
 
     kurtosis: Array  # (p,) excess [1]
@@ -34,7 +34,7 @@ class Bursts(NamedTuple):
     damage_error: Array
 
 
-def bursts_of(records: Sequence[SettledRecord]) -> Bursts:
+def bursts_of(records: Sequence[SettledRecord]) -> RecordedBursts:
     """Return the bursts in records; errors are those of the jackknife (Efron and Stein 1981).
 
     Damage goes with the moment of the order b of the acceleration. That of the Gaussian motion is
@@ -43,13 +43,16 @@ def bursts_of(records: Sequence[SettledRecord]) -> Bursts:
     rng = np.random.default_rng(0)
     accelerations = [_accelerations(record) for record in records]
     blocks = [b for a in accelerations for b in np.array_split(a, BLOCKS)]
-    alike = [_random_phases(a, rng) for a in accelerations for _ in range(SURROGATES)]
+    surrogates = [_random_phases(a, rng) for a in accelerations for _ in range(SURROGATES)]
     kurtosis, kurtosis_error = _moment(blocks, 4.0)
     moments = [_moment(blocks, order) for order in EXPONENTS]
-    gaussian = [np.mean([_moment([a], order)[0] for a in alike], axis=0) for order in EXPONENTS]
+    gaussian = [
+        np.mean([_moment([record], order)[0] for record in surrogates], axis=0)
+        for order in EXPONENTS
+    ]
     values, errors = (np.array(part) for part in zip(*moments, strict=True))
     damage = np.log(values / np.array(gaussian))
-    return Bursts(kurtosis - 3, kurtosis_error, damage, errors / values)
+    return RecordedBursts(kurtosis - 3, kurtosis_error, damage, errors / values)
 
 
 def _moment(blocks: Sequence[Array], order: float) -> tuple[Array, Array]:
@@ -60,8 +63,8 @@ def _moment(blocks: Sequence[Array], order: float) -> tuple[Array, Array]:
     def ratio(high: Array, square: Array) -> Array:
         return np.asarray(high / square ** (order / 2))
 
-    without = [(m.sum(axis=0) - m) / max(count - 1, 1) for m in (high, square)]
-    error = np.sqrt((count - 1) * np.var(ratio(*without), axis=0)) if count > 1 else np.zeros(1)
+    reduced = [(m.sum(axis=0) - m) / max(count - 1, 1) for m in (high, square)]
+    error = np.sqrt((count - 1) * np.var(ratio(*reduced), axis=0)) if count > 1 else np.zeros(1)
     return ratio(high.mean(axis=0), square.mean(axis=0)), error
 
 

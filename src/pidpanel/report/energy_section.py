@@ -50,11 +50,11 @@ def _interval(bands: pd.DataFrame, good: pd.DataFrame) -> pd.DataFrame:
     if good.empty:
         return bands.head(0)
     first = good.iloc[0]
-    above = bands[
+    energies = bands[
         (bands["scenario"] == first["scenario"])
         & (bands["center_hz"] > first["transition_high_hz"])
     ]
-    return above.iloc[[0, -1]] if len(above) > 1 else above
+    return energies.iloc[[0, -1]] if len(energies) > 1 else energies
 
 
 def _charts(energy: EnergyResults, inputs: Inputs, drawn: list[str]) -> Iterator[html.Chart]:

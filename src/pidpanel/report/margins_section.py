@@ -53,8 +53,8 @@ def levels_fragment(study: Study, summary: pd.DataFrame, margins: pd.DataFrame |
     table = summary[summary["status"] == "ok"].assign(severity=summary["acceleration_rms_g"])
     if margins is not None:
         judged = margins[margins["excitation"] == "sound"]
-        least = judged.loc[judged.groupby(place, sort=False)["margin_db"].idxmin()]
-        table = table.merge(least[[*place, "margin_db", "verdict"]], "inner", place)
+        minima = judged.loc[judged.groupby(place, sort=False)["margin_db"].idxmin()]
+        table = table.merge(minima[[*place, "margin_db", "verdict"]], "inner", place)
         table["severity"] = -table["margin_db"]
     by_place = {(row["scenario"], row["point"]): row for row in records(table)}
     scenarios = [s for s in main_scenarios(study) if not (s.is_bare and study.scenarios)]
