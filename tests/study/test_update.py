@@ -30,6 +30,7 @@ STUDY = {
     },
     "uncertain": {"panel.damping_ratio": {"normal": [0.008, 0.012], "source": "assumed"}},
     "measurements": {
+        "narrow": {"file": "narrow.csv", "point": "P"},
         "bare": {"file": "psd.csv", "point": "P", "scenario": "bare_130dB"},
         "damped": {"file": "psd.csv", "point": "P", "scenario": "test"},
         "loud": {"file": "psd.csv", "point": "P", "scenario": "louder"},
@@ -44,6 +45,7 @@ def study_with(folder, update, **changes):
     values = copy.deepcopy(STUDY) | {"update": update} | changes
     lines = {"frequency_hz": np.linspace(60, 300, 50), "acceleration_psd_g2_hz": 0.01}
     pd.DataFrame(lines).to_csv(folder / "psd.csv", index=False)
+    pd.DataFrame(lines).query("90 < frequency_hz < 130").to_csv(folder / "narrow.csv", index=False)
     tones = {"frequency_hz": [100.0], "acceleration_g": [5.0], "equivalent_damping_n_s_m3": [400.0]}
     pd.DataFrame(tones).to_csv(folder / "coupon.csv", index=False)
     pd.DataFrame({**tones, "frequency_hz": [0.1]}).to_csv(folder / "khz.csv", index=False)
@@ -75,6 +77,7 @@ def study_with(folder, update, **changes):
         ({"acoustic": {"hall": {**HALL, "measurements": ["damped", "loud"]}}}, "", ["one level"]),
         ({"acoustic": {"hall": {**HALL, "error_db": 50}}}, "error_db", ["10"]),
         ({"acoustic": {"hall": {**HALL, "spectrum": "quiet.csv"}}}, "spectrum", ["dB", "130"]),
+        ({"acoustic": {"hall": {**HALL, "measurements": ["narrow"]}}}, "[0]", ["octave"]),
         ({"microphones": {"spectrum": "quiet.csv", "error_db": 1, "common_db": 0}}, "microphones",
          ["spread of sound.spectrum"]),
     ],

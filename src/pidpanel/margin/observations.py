@@ -10,7 +10,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.margin.next_test import Observable
 
-FEW_MODES = 3  # of an impact test
+FEW_MODES, OCTAVE = 3, 3  # modes of an impact test, thirds
 
 
 def measurements_of(
@@ -67,5 +67,5 @@ def measurements_of(
 
 def octave_levels(thirds: Array, edges: Array) -> Array:
     """Return levels [dB] of octaves of powers in thirds (…, n_bands); the last may have fewer."""
-    power = np.add.reduceat(thirds, np.arange(0, len(edges), 3), axis=-1)
+    power = np.add.reduceat(thirds, np.arange(0, len(edges), OCTAVE), axis=-1)
     return np.asarray(10 * np.log10(np.maximum(power, 1e-30)))

@@ -14,10 +14,10 @@ from pidpanel.columns import ColumnsError, in_kilohertz
 from pidpanel.damping.measured import amplitudes_g, measured_values
 from pidpanel.damping.table_files import FREQUENCY, read_columns
 from pidpanel.margin.next_test import Observable
-from pidpanel.margin.observations import octave_levels
+from pidpanel.margin.observations import OCTAVE, octave_levels
 from pidpanel.margin.update.posterior import Result
 from pidpanel.measurement.from_study import read_study_file
-from pidpanel.solve.bands import band_rms
+from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.sound.spectrum import Spectrum
 from pidpanel.sound.table import read_spectrum
@@ -187,7 +187,7 @@ def _of_octaves(
     test: AcousticTest | MicrophoneTest, edges: Array,
 ) -> Result:  # fmt: skip
     """Return levels of octaves that were measured, of powers in thirds (n_bands,)."""
-    middle = np.sqrt(edges[::3, 0] * np.append(edges[3::3, 0], edges[-1, 1]))
+    middle = np.sqrt(edges[::OCTAVE, 0] * np.append(edges[OCTAVE::OCTAVE, 0], edges[-1, 1]))
     level = np.concatenate([octave_levels(power, edges) for power in powers.values()])
     finite = np.isfinite(level)
     values = np.hstack([octave_levels(power, edges) for power in simulated.values()])[:, finite]
@@ -197,6 +197,12 @@ def _of_octaves(
         title, Observable(values, error, test.common_db, title), level[finite],
         [name for name, is_known in zip(names, finite, strict=True) if is_known],
     )  # fmt: skip
+
+
+def _has_octave(edges: Array, low: float, high: float) -> bool:
+    """Return whether an octave of thirds (n_bands, 2) lies within frequencies [Hz]."""
+    inside = (edges[:, 0] >= low) & (edges[:, 1] <= high)
+    return bool(np.logical_and.reduceat(inside, np.arange(0, len(edges), OCTAVE)).any())
 
 
 def mistakes_of_files(study: Study) -> Iterator[Mistake]:
@@ -214,7 +220,14 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
     if update.microphones is not None and not {SPECTRUM, SHIFT} & {*study.uncertain}:
         message = f"needs a spread of {SPECTRUM} or {SHIFT}"
         yield Mistake(("update", "microphones"), message)
-    spectrum = spectrum_of(study.sound)
+    edges, spectrum = whole_third_octaves(low, high)[1], spectrum_of(study.sound)
+    for title, test in update.acoustic.items():
+        for index, name in enumerate(test.measurements):
+            where: Keys = ("update", "acoustic", title, "measurements", index)
+            measurement = study.measurements[name]
+            measured = yield from read_at(where, partial(read_study_file, measurement))
+            if measured is not None and not _has_octave(edges, *measured.frequency[[0, -1]]):
+                yield Mistake(where, f"{measurement.file}: has no whole octave of the response")
     tests: list[tuple[Keys, Path, float]] = []
     if update.microphones is not None:
         tests.append((("microphones",), update.microphones.spectrum, 0.0))
@@ -224,8 +237,10 @@ def mistakes_of_files(study: Study) -> Iterator[Mistake]:
             level = _level(spectrum, scenario.oaspl_db)
             tests.append((("acoustic", title), test.spectrum, level))
     for way, file, level in tests:
-        where: Keys = ("update", *way, "spectrum")
-        measured = yield from read_at(where, partial(read_spectrum, file))
-        if measured is not None and abs(measured.oaspl - spectrum.oaspl - level) > FARTHEST_DB:
-            message = f"sums to {measured.oaspl:.1f} dB; must be within {FARTHEST_DB:g} dB of "
+        where = ("update", *way, "spectrum")
+        sound = yield from read_at(where, partial(read_spectrum, file))
+        if sound is not None and abs(sound.oaspl - spectrum.oaspl - level) > FARTHEST_DB:
+            message = f"sums to {sound.oaspl:.1f} dB; must be within {FARTHEST_DB:g} dB of "
             yield Mistake(where, f"{message}{spectrum.oaspl + level:.1f}, as computed; in Pa?")
+        elif sound is not None and not _has_octave(edges, *sound.reach):
+            yield Mistake(where, "has no whole octave of the response")

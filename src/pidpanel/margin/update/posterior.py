@@ -40,6 +40,7 @@ class Result(NamedTuple):
     observable: Observable
     value: Array  # (n,) what it showed
     channels: Sequence[str]  # names of these
+    chaoses: Sequence[Chaos] = ()  # of these, if they are fitted
 
 
 class Emulator:
@@ -63,12 +64,9 @@ class Emulator:
         is_other = any(result.observable.common_damping < 1 for result in results)
         self.inputs = scores.shape[1]
         self.size = self.inputs + is_other * self._damping.size
-        chaoses = [
-            [fitted(scores, column, draws=DRAWS, degree=DEGREE) for column in part.T]
-            for part in (result.observable.values for result in results)
-        ]
-        self._terms = [_joined(part) for part in chaoses]
-        missed = np.stack([chaos.missed for part in chaoses for chaos in part], axis=1)
+        self.chaoses = [result.chaoses or _fitted(scores, result.observable) for result in results]
+        self._terms = [_joined(part) for part in self.chaoses]
+        missed = np.stack([chaos.missed for part in self.chaoses for chaos in part], axis=1)
         errors = np.concatenate([result.observable.error for result in results])
         self.error = missed.T @ missed / len(missed) + np.diag(errors**2)
         self.error += common_errors([result.observable for result in results])
@@ -156,6 +154,11 @@ class Emulator:
             about = ScoreDistribution(tempered @ z, np.cov(z, rowvar=False, aweights=tempered))
         place = np.searchsorted(np.cumsum(weight), (np.arange(drawn) + 0.5) / drawn)
         return z[np.minimum(place, drawn - 1), : self.inputs], effective
+
+
+def _fitted(scores: Array, observable: Observable) -> list[Chaos]:
+    columns = observable.values.T
+    return [fitted(scores, values, draws=DRAWS, degree=DEGREE) for values in columns]
 
 
 def _joined(chaoses: Sequence[Chaos]) -> tuple[Index, Array]:

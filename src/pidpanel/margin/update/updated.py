@@ -40,9 +40,10 @@ class Updated:
         rows: list[dict[str, Any]] = []
         used = []
         for result in results:
-            probability, score = Emulator(scores, [result], damping).probability()
+            emulator = Emulator(scores, [result], damping)
+            probability, score = emulator.probability()
             if probability >= IMPROBABLE:
-                used.append(result)
+                used.append(result._replace(chaoses=emulator.chaoses[0]))
             rows += [
                 {"test": result.name, "quantity": name, "score": value, "probability": probability}
                 for name, value in zip(result.channels, score.tolist(), strict=True)
