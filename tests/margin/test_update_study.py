@@ -82,13 +82,13 @@ def updated(tmp_path_factory):
     output = stage_files(study, folder)["margin"]
     (folder / "margin").mkdir()
     write_margin(study, None, output)
-    tables = {name: pd.read_csv(getattr(output, name)) for name in ("ranges", "inputs", "update")}
+    tables = {name: pd.read_csv(getattr(output, name)) for name in ("ranges", "inputs", "tests")}
     return study, tables
 
 
 def test_no_test_of_a_panel_within_the_spreads_is_refused(updated):
-    assert updated[1]["update"]["probability"].min() > 0.01
-    assert updated[1]["update"]["probability_together"].min() > 0.01
+    assert updated[1]["tests"]["probability"].min() > 0.01
+    assert updated[1]["tests"]["probability_together"].min() > 0.01
 
 
 def test_tests_lead_to_the_inputs_that_they_show(updated):

@@ -10,7 +10,7 @@ rule margin:
         shares=results("margin/shares.csv"),
         next_test=results("margin/next_test.csv"),
         inputs=[results("margin/inputs.csv")] if STUDY.update else [],
-        update=[results("margin/update.csv")] if STUDY.update else [],
+        tests=[results("margin/tests.csv")] if STUDY.update else [],
     log:
         results("margin/margin.log"),
     benchmark:

@@ -225,7 +225,7 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
     damping
         Folder of the surfaces of simulated tones; None for a study without any.
     output
-        runs, a NetCDF file, and ranges, shares and next_test, CSV tables; inputs and update with
+        runs, a NetCDF file, and ranges, shares and next_test, CSV tables; inputs and tests with
         the section ``update``.
     """
     spread = SpreadStudy(study, damping)
@@ -296,7 +296,7 @@ def _tables(
             for scores in (updated.stated, updated.scores)
         ]
         tables["inputs"] = input_rows(uncertain.keys, *values)
-        tables["update"] = updated.tests
+        tables["tests"] = updated.tests
     return tables
 
 

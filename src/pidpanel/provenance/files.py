@@ -46,7 +46,7 @@ RESPONSE = {
 }  # fmt: skip
 ENERGY = {"bands": "bands.csv", "psd": "psd.nc", "summary": "summary.csv"}
 SEVERITY = ("oscillators", "peaks", "fatigue", "strength")
-MARGIN, UPDATE = ("ranges", "shares", "next_test"), ("inputs", "update")
+MARGIN, UPDATE = ("ranges", "shares", "next_test"), ("inputs", "tests")
 PROPOSAL = ("layouts", "front", "summary", "search", "psd")
 
 

@@ -62,7 +62,7 @@ class SpreadResults(NamedTuple):
     next_test: pd.DataFrame  # ``margin/next_test.csv``
     factor_of_safety: float  # ``margin.factor_of_safety``
     level: str | None = None  # ``sound.level``
-    update: pd.DataFrame | None = None  # ``margin/update.csv``; None without tests
+    update: pd.DataFrame | None = None  # ``margin/tests.csv``; None without tests
     inputs: pd.DataFrame | None = None  # ``margin/inputs.csv``
 
 
@@ -218,7 +218,7 @@ def read_spread(
 ) -> SpreadResults:
     """Read what the margin stage left."""
     tables = _tables(folder, "ranges", "shares", "next_test")
-    files = [folder / f"{name}.csv" for name in ("update", "inputs")]
+    files = [folder / f"{name}.csv" for name in ("tests", "inputs")]
     made = [read_csv(file) if is_updated else None for file in files]
     return SpreadResults(
         tables["ranges"], tables["shares"], tables["next_test"], factor_of_safety, level, *made
