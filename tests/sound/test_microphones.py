@@ -346,7 +346,10 @@ def write_universal(path, cross=1 + 0.5j, **changes):
         ({"ordinate_axis_units_lab": "dB"}, "unit 'dB'"),
         ({"ordinate_axis_units_lab": "Pa^2"}, "unit 'Pa\\^2'"),
         ({"cross": 1.2}, "microphones 1 and 2: is real; a cross-spectrum must have its phase"),
-        ({"abscissa_spec_data_type": 0, "abscissa_axis_units_lab": "rpm"}, "in 'rpm'; must be"),
+        (
+            {"abscissa_spec_data_type": 0, "abscissa_axis_units_lab": "rpm"},
+            "abscissa in 'rpm'; must be in Hz",
+        ),
         ({"x": np.array([-100.0, 100.0, 200.0])}, "below 0; must be one-sided"),
         ({"func_type": 4}, "no data set 58 with a cross-spectrum"),
     ],

@@ -27,7 +27,7 @@ from pidpanel.panel.files import read_basis, read_plate
 from pidpanel.provenance import durable
 from pidpanel.provenance.digests import stamp
 from pidpanel.provenance.files import Files
-from pidpanel.provenance.results import read_netcdf
+from pidpanel.provenance.results import damage_named, read_netcdf
 from pidpanel.solve.bands import band_rms, whole_third_octaves
 from pidpanel.solve.base_motion import BaseExcitation, supported_panel, with_translation
 from pidpanel.sound.field_files import MODAL_FORCE, read_table
@@ -229,10 +229,10 @@ def estimated_cpu_seconds(study: Study, scenarios: Sequence[Scenario] | None = N
 
 def write_coupled(study: Study, estimates: Sequence[Path], outputs: Files) -> None:
     """Write the tables of all scenarios, from the estimates of `coupled_scenarios` in order."""
-    frames = [
-        estimate_tables(scenario.label, read_netcdf(path))
-        for scenario, path in zip(study.coupled_scenarios(), estimates, strict=True)
-    ]
+    frames = []
+    for scenario, path in zip(study.coupled_scenarios(), estimates, strict=True):
+        with damage_named(path):  # such as by an older version
+            frames.append(estimate_tables(scenario.label, read_netcdf(path)))
     for name in frames[0]:
         table = pd.concat([tables[name] for tables in frames])
         table.to_csv(outputs.all[name][0], index=False, float_format="%.6g")

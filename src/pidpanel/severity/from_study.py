@@ -57,7 +57,11 @@ def write_severity(study: Study, files: Files, output: Files) -> None:
     peaks: list[dict[str, Any]] = []
     rows: dict[str, list[tuple[Any, ...]]] = {name: [] for name in COLUMNS}
     coupled = files.get("coupled")
-    recorded = None if coupled is None else read_csv(coupled, dtype=NAMES).set_index([*NAMES])
+    recorded = (
+        None
+        if coupled is None
+        else read_csv(coupled, ["log_damage_4"], dtype=NAMES).set_index([*NAMES])
+    )
     for motion in _motions(psd, summary, recorded=recorded, exponent=exponent):
         motion = motion._replace(error=np.nan_to_num(motion.error))
         where, points, _, values, error, bursts = motion
