@@ -29,8 +29,8 @@ class CellQuadrature(NamedTuple):
 
     def values(self, nodal: Array) -> Array:
         """Return values at the points, (n_points, …), of values at the nodes (n_nodes, …)."""
-        flat = self.interpolation @ nodal.reshape(len(nodal), -1)
-        return flat.reshape(-1, *nodal.shape[1:])
+        flat = self.interpolation @ nodal.reshape(len(nodal), np.prod(nodal.shape[1:], dtype=int))
+        return flat.reshape(len(self.weight), *nodal.shape[1:])
 
     def normal_displacement(self, displacement: Array) -> Array:
         """Return normal displacements (n_points, n) of displacements (n_nodes, 3, n)."""

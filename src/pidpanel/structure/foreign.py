@@ -193,8 +193,9 @@ class ForeignStructure(AnyStructure):
         ))  # fmt: skip
         is_residual = np.arange(len(frequency)) >= len(self.model.frequency)
         if self.model.participation is not None:
-            added = self.surface.integral(displacement[..., is_residual]).T
-            values = np.concatenate([self.model.participation, self.section.mass_per_area * added])
+            motion = self._quadrature.values(displacement[..., is_residual])
+            added = self.section.mass_per_area * np.tensordot(self._quadrature.weight, motion, 1).T
+            values = np.concatenate([self.model.participation, added])
             plate = replace(plate, participation=values, inertia=values[:, 2])
         shapes = modal_shapes(plate, displacement, frequency, is_residual)
         return SolvedStructure(basis_of(mesh, plate, shapes), plate, shapes.vectors, self.mass)

@@ -55,10 +55,6 @@ class Surface:
         """Largest extent [m]."""
         return float(np.ptp(self.vertices, axis=0).max())
 
-    def integral(self, nodal: Array) -> Array:
-        """Return the integral (…) of values (n_vertices, …) over the surface."""
-        return np.asarray(np.tensordot(self.area, nodal[self.cells].mean(axis=1), 1))
-
     @property
     def has_free_edges(self) -> bool:
         """Whether it is one sheet that ends somewhere, so that air goes around it."""
