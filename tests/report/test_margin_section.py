@@ -1,6 +1,7 @@
 """The margin on the page: numbers of the tables of the stage, for the answer that governs."""
 
 import pandas as pd
+import pytest
 
 from pidpanel.report.html import Page, render
 from pidpanel.report.inputs import SpreadResults
@@ -17,7 +18,7 @@ PLACE = {"scenario": "A", "point": "326", "panel": "damped", "inputs": "stated"}
 def results(level="median"):
     row = {
         "nominal_g": 15.1, "p05_g": 11.9, "p50_g": 15.6, "p95_g": 19.4, "limit_g": 25.0,
-        "probability_exceeding": 0.012, "margin_of_safety_p50": 0.28,
+        "probability_exceeding": 0.012, "samples": 16384, "margin_of_safety_p50": 0.28,
         "margin_of_safety_p95": 0.03, "q2": 0.99,
     }  # fmt: skip
     bare = {**row, **PLACE, "panel": "bare", "p05_g": 13.5, "p95_g": 21.5}
@@ -101,3 +102,15 @@ def test_the_first_screen_has_bars_shares_and_what_tests_leave():
         title="t", answer="a", facts=[], first=[margin_first(results("p95_50"), {})], sections=[]
     )
     assert "P95/50 and has no spread" in render(stated)
+
+
+@pytest.mark.parametrize(
+    ("exceeding", "samples", "text"),
+    [(0.0, 256, "below 1.2 %"), (0.004, 256, "below 1.2 %"), (0.02, 256, "2 %"),
+     (0.0, 16384, "below 0.018 %")],
+)  # fmt: skip
+def test_few_samples_do_not_show_a_small_probability(exceeding, samples, text):
+    """3/n is the upper end at 95 % of what n samples without an event show."""
+    few = results()
+    few.ranges["probability_exceeding"], few.ranges["samples"] = exceeding, samples
+    assert f"P(exceeded) {text}" in margin_headline(few, {})

@@ -55,6 +55,7 @@ def range_row(answer: PointAnswer, drawn: Array, factor_of_safety: float) -> dic
         "p50_g": middle,
         "p95_g": high,
         "limit_g": limit,
+        "samples": drawn.size,
         "probability_exceeding": float(np.mean(drawn > limit)) if has_limit else np.nan,
         "margin_of_safety_p50": limit / (factor_of_safety * middle) - 1,
         "margin_of_safety_p95": limit / (factor_of_safety * high) - 1,

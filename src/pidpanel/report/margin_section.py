@@ -13,9 +13,9 @@ from pidpanel.report import html, style
 from pidpanel.report.inputs import SpreadResults
 from pidpanel.report.style import Drawing
 from pidpanel.report.templates import lines, sentence
-from pidpanel.report.text import records
+from pidpanel.report.text import number, records
 
-LARGEST = 8  # shares that the figure shows
+LARGEST, SMALLEST = 6, 0.01  # shares that the figure shows
 BAR = 0.32  # height of a bar
 IMPROBABLE = 1e-3  # as `margin.update.posterior`
 NARROWED = 0.9  # width of the interval of an input over that before the tests
@@ -30,7 +30,12 @@ def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str,
         wanted = pd.Series({**place, "inputs": state, **columns})
         return table[(table[list(wanted.index)] == wanted).all(axis=1)]
 
-    ranges = results.ranges.assign(name=[names.get(s, s) for s in results.ranges["scenario"]])
+    ranges = results.ranges.assign(
+        name=[names.get(s, s) for s in results.ranges["scenario"]],
+        exceeding=[_probability(*pair) for pair in
+                   zip(results.ranges["probability_exceeding"], results.ranges["samples"],
+                       strict=True)],
+    )  # fmt: skip
     last = "stated" if results.update is None else "updated"
     tests = at_place(results.next_test, last)
     single, pairs = (tests[tests["tests"] == count] for count in (1, 2))
@@ -51,6 +56,12 @@ def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str,
         "worst_q2": float(ranges["q2"].min()),
         **made_tests(results),
     }
+
+
+def _probability(exceeding: float, samples: int) -> str:
+    """Return a probability in words; of too few samples its upper end (rule of three)."""
+    few = 3 / samples
+    return f"below {100 * few:.2g} %" if exceeding < few else f"{number(100 * exceeding, 2)} %"
 
 
 def made_tests(results: SpreadResults) -> dict[str, Any]:
@@ -99,7 +110,9 @@ def margin_first(results: SpreadResults, names: Mapping[str, str]) -> html.Fragm
     values = margin_values(results, names)
     ranges = Drawing(range_figure, values["ranges"])
     values["range_figure"] = html.Picture("margin_ranges", ranges, vector=ranges)
-    values["share_figure"] = html.figure_picture("margin_shares", share_figure, values["shares"])
+    values["share_figure"] = html.figure_picture(
+        "margin_shares", share_figure, values["shares"], values["tests"]
+    )
     return html.Fragment("margin_first.html", values)
 
 
@@ -146,18 +159,26 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
     return figure
 
 
-def share_figure(rows: list[dict[str, Any]]) -> Figure:
-    """Draw the total shares of the inputs in the variance."""
-    largest = rows[:LARGEST]
-    figure = Figure(figsize=(6.4, 0.6 + 0.28 * len(largest)), layout="constrained")
-    axes = figure.subplots()
-    place = np.arange(len(largest))
-    axes.barh(place, [row["share"] for row in largest], 0.65, color=style.PLACES[0], alpha=0.75)
-    for y, row in zip(place, largest, strict=True):
-        axes.annotate(f"{row['share']:.2f}", (row["share"], y), (4, 0),
-                      textcoords="offset points", va="center", fontsize=8)  # fmt: skip
-    axes.set_yticks(place, [row["input"].replace(" and ", "\nand ") for row in largest])
-    axes.invert_yaxis()
-    axes.set(xlabel="share of the variance of g rms, with interactions", xlim=(0, 1.08))
-    axes.grid(axis="y", visible=False)
+def share_figure(shares: list[dict[str, Any]], tests: list[dict[str, Any]]) -> Figure:
+    """Draw the total shares of the inputs in the variance, and what tests would leave of it."""
+    largest = [row for row in shares if row["share"] >= SMALLEST][:LARGEST] or shares[:1]
+    parts = [
+        ("share of the variance of g rms", [row["input"].replace(" and ", "\nand ") for row in largest],
+         [row["share"] for row in largest]),
+        ("variance left after a test", [row["measurement"] for row in tests[:LARGEST]],
+         [row["share_left"] for row in tests[:LARGEST]]),
+    ]  # fmt: skip
+    heights = [len(names) + 1 for _, names, _ in parts]
+    figure = Figure(figsize=(6.4, 0.6 + 0.26 * sum(heights)), layout="constrained")
+    both = figure.subplots(2, height_ratios=heights, sharex=True)
+    for axes, (title, names, values), colour in zip(both, parts, style.PLACES, strict=False):
+        place = np.arange(len(names))
+        axes.barh(place, values, 0.65, color=colour, alpha=0.75)
+        for y, value in zip(place, values, strict=True):
+            axes.annotate(f"{value:.2f}", (value, y), (4, 0), textcoords="offset points",
+                          va="center", fontsize=8)  # fmt: skip
+        axes.set_yticks(place, names)
+        axes.invert_yaxis()
+        axes.set(xlabel=title, xlim=(0, 1.08))
+        axes.grid(axis="y", visible=False)
     return figure

@@ -92,13 +92,15 @@ def study_page(inputs: Inputs, steps: Steps) -> Page:
         proposed.append(margin_section(inputs.spread, inputs.names))
         blocks = [margin_first(inputs.spread, inputs.names), *blocks]
     on_limits = [] if inputs.margins is None else margin_lines(study, inputs.margins)
+    if inputs.spread is not None:  # nominal inputs are no answer beside their spread
+        on_limits = ["", *(f"Nominal inputs alone: {line}" for line in on_limits)]
     claims = None
     if study.claims:
         distance = patch_distance(inputs.basis)
         claims = verdict_table(list(verdicts(study, inputs.summary, inputs.psd, distance)))
     return _page(
         inputs, study_warnings(inputs, answer), steps,
-        answer=" ".join([text, *on_limits[:1]]), summary=on_limits[1:], first=blocks,
+        answer=" ".join([text, *on_limits[:1]]).strip(), summary=on_limits[1:], first=blocks,
         claims=claims, setting=sound_setting(study, inputs.basis),
         sections=[*proposed, *(replace(s, folded=True) for s in _sections(inputs))],
     )  # fmt: skip
