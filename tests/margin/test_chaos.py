@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc, sobol_indices
 
-from pidpanel.margin.chaos import fitted
+from pidpanel.margin.chaos import BandPower, fitted
 
 GROUPS = [slice(k, k + 1) for k in range(4)]
 
@@ -47,6 +47,18 @@ def test_what_is_of_a_panel_alone_is_not_learnt_from_its_other_run():
     panel, level = np.repeat(rng.standard_normal((64, 3)), 2, axis=0), rng.standard_normal(128)
     values = 20 + level + np.repeat(rng.standard_normal(64), 2)
     assert fitted(np.column_stack([panel, level]), values, draws=2).q2 < 0.55
+
+
+def test_levels_of_bands_need_few_runs_where_their_powers_are_added():
+    """The mean square is a sum over bands, with levels of 3 dB; a panel's input scales it."""
+    rng = np.random.default_rng(7)
+    z, weight = rng.standard_normal((96, 12)), np.arange(1, 12) / 66
+    mixing = np.hstack([3.0 * np.eye(11), np.zeros((11, 1))])
+    g = np.exp(0.2 * z[:, 11]) * np.sqrt(10 ** (z[:, :11] * 0.3) @ weight)
+    chaos = fitted(z, g, is_log=True, base=BandPower(weight, mixing))
+    assert chaos.q2 > 0.9999
+    assert chaos(z) == pytest.approx(g, rel=1e-6)
+    assert fitted(z, g, is_log=True).q2 < 0.99
 
 
 def test_groups_of_scores_share_their_interactions():

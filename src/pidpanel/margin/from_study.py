@@ -245,7 +245,9 @@ def write_margin(study: Study, damping: Path | None, output: Files) -> None:
                 float(nominal.rms[0, p] * np.sqrt(layouts[s].factor) if panel == "bare"
                       else nominal.rms[1 + s, p]),
                 results[panel][:, s, p], limits.get(point, np.nan),
-                fitted(samples, results[panel][:, s, p], is_log=True, draws=DRAWS),
+                fitted(samples, results[panel][:, s, p], is_log=True, draws=DRAWS,
+                       base=spread.uncertain.band_power(
+                           nominal.band_rms[0 if panel == "bare" else 1 + s, p])),
             )
             for s, label in enumerate(labels)
             for p, point in enumerate(points)

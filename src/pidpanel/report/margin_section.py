@@ -162,11 +162,12 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
 def share_figure(shares: list[dict[str, Any]], tests: list[dict[str, Any]]) -> Figure:
     """Draw the total shares of the inputs in the variance, and what tests would leave of it."""
     largest = [row for row in shares if row["share"] >= SMALLEST][:LARGEST] or shares[:1]
+    inputs = [row["input"].replace(" and ", "\nand ") for row in largest]
+    tests = tests[:LARGEST]
     parts = [
-        ("share of the variance of g rms", [row["input"].replace(" and ", "\nand ") for row in largest],
-         [row["share"] for row in largest]),
-        ("variance left after a test", [row["measurement"] for row in tests[:LARGEST]],
-         [row["share_left"] for row in tests[:LARGEST]]),
+        ("share of the variance of g rms", inputs, [row["share"] for row in largest]),
+        ("variance left after a test", [row["measurement"] for row in tests],
+         [row["share_left"] for row in tests]),
     ]  # fmt: skip
     heights = [len(names) + 1 for _, names, _ in parts]
     figure = Figure(figsize=(6.4, 0.6 + 0.26 * sum(heights)), layout="constrained")

@@ -11,6 +11,7 @@ import numpy as np
 from pidpanel.arrays import Array
 from pidpanel.damping.broadband import EXACT, BroadbandError
 from pidpanel.damping.models import FilledDamper
+from pidpanel.margin.chaos import BandPower
 from pidpanel.margin.samples import Group, columns_of, joined_keys, leading
 from pidpanel.margin.spread_dampers import ERROR_TERMS, TEST_DB
 from pidpanel.margin.update.from_study import (
@@ -130,6 +131,15 @@ class UncertainStudy:
             if group.name == SPECTRUM:
                 return group.mixing @ scores[part]
         return np.zeros(len(self.band_edges))
+
+    def band_power(self, band_rms: Array) -> BandPower | None:
+        """Return how a nominal answer with rms values in bands (n_bands,) follows their levels."""
+        for group, part in zip(self.groups, columns_of(self.groups), strict=True):
+            if group.name == SPECTRUM:
+                mixing = np.zeros((len(band_rms), self.size))
+                mixing[:, part] = group.mixing
+                return BandPower(band_rms**2 / np.sum(band_rms**2), mixing)
+        return None
 
     def all_levels(self, scores: Array) -> Array:
         """Return `levels` with the deviation of ``sound.shift_db``."""
