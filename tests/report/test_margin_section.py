@@ -63,7 +63,7 @@ def updated(**update):
 
 def test_after_a_test_the_answer_is_the_updated_one_beside_what_it_was():
     text = margin_headline(updated(), {"A": "half full"})
-    for part in ("After modal survey", "13.1", "15.9", "11.9 to 19.4 before", "below 0.01 %",
+    for part in ("After modal survey", "13.1", "15.9", "11.9 to 19.4 before", "below 0.018 %",
                  "before: 1.2 %", "sound.spectrum (0.77)", "Next test: microphones"):  # fmt: skip
         assert part in text, part
     first = margin_first(updated(), {"A": "half full"})
@@ -106,7 +106,7 @@ def test_the_first_screen_has_bars_shares_and_what_tests_leave():
 
 @pytest.mark.parametrize(
     ("exceeding", "samples", "text"),
-    [(0.0, 256, "below 1.2 %"), (0.004, 256, "below 1.2 %"), (0.02, 256, "2 %"),
+    [(0.0, 256, "below 1.2 %"), (0.004, 256, "below 1.2 %"), (0.02, 256, "2.0 %"),
      (0.0, 16384, "below 0.018 %")],
 )  # fmt: skip
 def test_few_samples_do_not_show_a_small_probability(exceeding, samples, text):

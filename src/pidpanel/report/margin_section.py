@@ -60,8 +60,12 @@ def margin_values(results: SpreadResults, names: Mapping[str, str]) -> dict[str,
 
 def _probability(exceeding: float, samples: int) -> str:
     """Return a probability in words; of too few samples its upper end (rule of three)."""
-    few = 3 / samples
-    return f"below {100 * few:.2g} %" if exceeding < few else f"{number(100 * exceeding, 2)} %"
+    threshold = 3 / samples
+    return (
+        f"below {100 * threshold:.2g} %"
+        if exceeding < threshold
+        else f"{number(100 * exceeding, 2)} %"
+    )
 
 
 def made_tests(results: SpreadResults) -> dict[str, Any]:
@@ -161,18 +165,18 @@ def range_figure(rows: list[dict[str, Any]]) -> Figure:
 
 def share_figure(shares: list[dict[str, Any]], tests: list[dict[str, Any]]) -> Figure:
     """Draw the total shares of the inputs in the variance, and what tests would leave of it."""
-    largest = [row for row in shares if row["share"] >= SMALLEST][:LARGEST] or shares[:1]
-    inputs = [row["input"].replace(" and ", "\nand ") for row in largest]
+    inputs = [row for row in shares if row["share"] >= SMALLEST][:LARGEST] or shares[:1]
+    names = [row["input"].replace(" and ", "\nand ") for row in inputs]
     tests = tests[:LARGEST]
     parts = [
-        ("share of the variance of g rms", inputs, [row["share"] for row in largest]),
+        ("share of the variance of g rms", names, [row["share"] for row in inputs]),
         ("variance left after a test", [row["measurement"] for row in tests],
          [row["share_left"] for row in tests]),
     ]  # fmt: skip
     heights = [len(names) + 1 for _, names, _ in parts]
     figure = Figure(figsize=(6.4, 0.6 + 0.26 * sum(heights)), layout="constrained")
-    both = figure.subplots(2, height_ratios=heights, sharex=True)
-    for axes, (title, names, values), colour in zip(both, parts, style.PLACES, strict=False):
+    panes = figure.subplots(2, height_ratios=heights, sharex=True)
+    for axes, (title, names, values), colour in zip(panes, parts, style.PLACES, strict=False):
         place = np.arange(len(names))
         axes.barh(place, values, 0.65, color=colour, alpha=0.75)
         for y, value in zip(place, values, strict=True):
