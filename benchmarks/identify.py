@@ -233,7 +233,7 @@ def panel_ratios(results: pd.DataFrame) -> np.ndarray:
                 "layout": {"PID-1": {"damper": f"{kind}{index}", "fill_fraction": fill}}
             }
     study = {
-        "panel": launch["panel"], "sound": launch["sound"], "dampers": dampers,
+        "panel": launch["panel"], "sound": launch["sound"] | {"levels": {}}, "dampers": dampers,
         "scenarios": scenarios,
         "response": {"frequency_hz": [30, 500], "maps": []},
     }  # fmt: skip
