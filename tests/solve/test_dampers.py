@@ -5,7 +5,6 @@ import numpy as np
 from pidpanel.solve import dampers
 from pidpanel.solve.modal import bare_panels, panel_in_shapes
 from pidpanel.solve.model import ModalBasis, Patches
-from pidpanel.solve.moved_panel import coupled_shapes, coupled_stiffness
 
 FREQUENCY = np.linspace(50.0, 200.0, 7)
 BASIS = ModalBasis([65.0, 180.0], [1.5, 2.5], [0.02, 0.03])
@@ -52,18 +51,3 @@ def test_the_slope_is_that_of_the_first_motion_where_a_point_has_several():
     ]
     np.testing.assert_allclose(found[1], found[0], rtol=1e-10)
     assert found[0].shape == (7, 2)
-
-
-def test_dense_solves_in_air_are_those_of_the_receptances_of_patches():
-    several = np.stack([POINTS, 5 * POINTS[::-1], POINTS + 3], axis=1)
-    air = (0.1 + 0.05j) * FREQUENCY[:, None, None] * np.array([[1.0, 0.4], [0.4, 2.0]])
-    damper = np.linspace(300, 900, 7)[None], np.linspace(3, 1, 7)[None]
-    (bare,) = bare_panels(FREQUENCY, BASIS, [PATCH], several, SOUND, FORCE, air)
-    stiffness = coupled_stiffness(FREQUENCY, BASIS, coupled_shapes(air, FREQUENCY, BASIS))
-    shapes = dampers.PanelInShapes(FREQUENCY, stiffness, several, SOUND, FORCE[None])
-    expected = dampers.attach_dampers(bare, *damper, with_slope=True)
-    found = shapes.response(PATCH.overlap, *damper, with_slope=True)
-    np.testing.assert_allclose(found.cross_psd, expected.cross_psd, rtol=1e-8)
-    np.testing.assert_allclose(found.slope, expected.slope, rtol=1e-8)
-    plain = shapes.response(PATCH.overlap, *damper)
-    np.testing.assert_allclose(plain.cross_psd, expected.cross_psd, rtol=1e-8)

@@ -6,18 +6,14 @@ dampers together at u with −S u, S = Σ_p s_p Δ_p. The paper keeps only the d
 """
 
 from collections.abc import Iterator
-from functools import partial
-from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from pidpanel.arrays import Array, Complexes
-from pidpanel.solve.excitation import Matrices, mixed_product
 from pidpanel.solve.modal import BarePanel, chunks_of_lines
 from pidpanel.solve.model import PanelResponse, UnstableDamping, checked_array
-from pidpanel.solve.receptances import Reaction, patch_stiffness, times, weighted_sum
+from pidpanel.solve.receptances import Reaction, patch_stiffness, times
 
 
 def checked_dampers(
@@ -78,47 +74,6 @@ def attach_dampers(
             pulled = times(share[None], psd)
             slope[patch, lines] = scale * np.sum(reaction.receptance[:, :, ::m] * pulled, axis=1)
     return PanelResponse(bare.frequency, cross_psd, slope)
-
-
-class PanelInShapes(NamedTuple):
-    """The panel without dampers in all shapes on some lines, for a dense solve with dampers."""
-
-    frequency: Array  # (nf,) [Hz]
-    stiffness: Complexes  # (nf, n, n) Z₀ [N/m]
-    motion_at_points: Array  # (n_points, m, n)
-    spectrum: Array  # (nf,)
-    force: Matrices  # G (nf, n, n), or (1, n, n) where all are equal
-
-    def response(
-        self,
-        overlap: Array,
-        equivalent_damping: ArrayLike,
-        apparent_mass: ArrayLike,
-        with_slope: bool = False,
-    ) -> PanelResponse:
-        """Return what `attach_dampers` does, of dampers on patches with D (n_patches, n, n).
-
-        With Z of panel and dampers only Y = Z⁻¹ Wᵀ of the observed motions w = W q is solved for:
-        S_ww = Yᵀ (S_p G) Y*, R_wu = Yᵀ and S_uw = Z⁻¹ (S_p G) Y*.
-        """
-        s = checked_dampers(len(overlap), self.frequency, equivalent_damping, apparent_mass)
-        n_points, m, n = self.motion_at_points.shape
-        loaded = self.stiffness + weighted_sum(s, overlap)
-        rows = self.motion_at_points.reshape(-1, n).T
-        solve = partial(np.linalg.solve, loaded)
-        if with_slope:
-            solve = partial(la.lu_solve, la.lu_factor(loaded, check_finite=False))
-        moved = solve(np.broadcast_to(rows.astype(complex), (len(loaded), *rows.shape)))
-        pushed = mixed_product(self.force, moved.conj()) * self.spectrum[:, None, None]
-        by_point = (len(loaded), n, n_points, m)
-        left, right = (x.reshape(by_point).transpose(0, 2, 3, 1) for x in (moved, pushed))
-        cross_psd = np.ascontiguousarray(left) @ np.ascontiguousarray(right).swapaxes(2, 3)
-        if not with_slope:
-            return PanelResponse(self.frequency, cross_psd)
-        psd = solve(pushed[:, :, ::m])  # S_uw
-        scale = (2 * np.pi * self.frequency[:, None]) ** 4
-        slope = [scale * np.sum(moved[:, :, ::m] * mixed_product(D, psd), axis=1) for D in overlap]
-        return PanelResponse(self.frequency, cross_psd, np.array(slope))
 
 
 def covariance_taken(

@@ -44,19 +44,6 @@ def coupled_shapes(
     return CoupledShapes(shapes, matrices[:, :, shapes])
 
 
-def coupled_stiffness(frequency: Array, basis: ModalBasis, air: CoupledShapes | None) -> Complexes:
-    """Return Z₀ (nf, n, n) [N/m] of the bare panel with the shapes that the air couples."""
-    diagonal = basis.dynamic_stiffness(frequency)
-    count = diagonal.shape[1]
-    stiffness = np.zeros((*diagonal.shape, count), complex)
-    stiffness[:, range(count), range(count)] = diagonal
-    if air is not None:
-        stiffness[:, :, air.shapes] += air.columns
-        stiff = np.setdiff1d(range(count), air.shapes)
-        stiffness[:, air.shapes[:, None], stiff] += air.columns[:, stiff].swapaxes(1, 2)
-    return stiffness
-
-
 class MovedPanel:
     """The bare panel on some lines, seen in motions Xᵀq of several sets of columns X.
 

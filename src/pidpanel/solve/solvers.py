@@ -15,7 +15,7 @@ import numpy as np
 
 from pidpanel.arrays import Array
 from pidpanel.progress import map_in_forks, with_progress
-from pidpanel.solve.dampers import PanelInShapes, attach_dampers
+from pidpanel.solve.dampers import attach_dampers
 from pidpanel.solve.excitation import Excitation, MatrixInput, air_at, matrices_at
 from pidpanel.solve.lines import root_mean_square
 from pidpanel.solve.modal import (
@@ -28,7 +28,6 @@ from pidpanel.solve.modal import (
 )
 from pidpanel.solve.model import PanelResponse, Patches
 from pidpanel.solve.motions import Motions, ShapeMotions
-from pidpanel.solve.moved_panel import coupled_shapes, coupled_stiffness
 from pidpanel.solve.panel import ModalPanel
 
 SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of the patch within 1e-3
@@ -36,10 +35,6 @@ SEARCH_CUTOFF = 1e-4  # eigenvalues of D dropped in the search for Γ: rms of th
 # Share of the shapes from which on several patches are solved directly: their low-rank update
 # multiplies two matrices of its width in addition, four times the cost of the solve alone.
 DIRECT_SHARE = 0.6
-
-# Requests times shapes over the width of the patches up to which a dense solve a line costs less
-# than the receptances of the patches.
-DENSE_SHARE = 4.0
 
 Loaded = tuple[int, ...]  # indices of the patches that carry dampers together
 
@@ -176,22 +171,11 @@ class PanelSolver:
             responses[key] = PanelResponse(frequency, cross_psd, slope)
         chunks = chunks_of_lines(count, self.panel.patches.shapes)
 
-        sets = [request.patches for request in distinct.values()]
-        dense = {key for key in sets if key and self._is_cheaper_dense(key, sets.count(key))}
-
         def part_of_range(lines: slice) -> list[PanelResponse]:
-            panels = self._on_lines(lines, [key for key in sets if key not in dense])
-            shapes = self._in_shapes(lines) if dense else None
+            panels = self._on_lines(lines, [request.patches for request in distinct.values()])
             return [
                 attach_dampers(
                     panels[request.patches],
-                    request.equivalent_damping[:, lines],
-                    request.apparent_mass[:, lines],
-                    request.with_slope,
-                )
-                if shapes is None or request.patches not in dense
-                else shapes.response(
-                    self.carrier(request.patches).overlap,
                     request.equivalent_damping[:, lines],
                     request.apparent_mass[:, lines],
                     request.with_slope,
@@ -236,24 +220,6 @@ class PanelSolver:
             )
             panels |= zip(low_rank, bare, strict=True)
         return panels
-
-    def _in_shapes(self, lines: slice) -> PanelInShapes:
-        """Return the panel for dense solves on a chunk of lines."""
-        panel, frequency = self.panel, self.panel.frequency[lines]
-        air = coupled_shapes(panel.air_stiffness, frequency, panel.basis)
-        return PanelInShapes(
-            frequency,
-            coupled_stiffness(frequency, panel.basis, air),
-            panel.points,
-            self.excitation.spectrum(frequency),
-            matrices_at(self.excitation, frequency, slice(None), panel.patches.shapes),
-        )
-
-    def _is_cheaper_dense(self, patches: Loaded, requests: int) -> bool:
-        """Return whether each request is solved in all shapes, without the patches' receptances."""
-        width = self.carrier(patches).coordinates(OVERLAP_CUTOFF).columns.shape[1]
-        few = requests * self.panel.patches.shapes < DENSE_SHARE * width
-        return few and not self.panel.is_diagonal
 
     def _is_direct(self, patches: Loaded, cutoff: float) -> bool:
         if not patches:
