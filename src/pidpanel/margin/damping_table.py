@@ -62,10 +62,15 @@ class VariedDamping:
     inputs: Sequence[tuple[int, Callable[[float], Array]]]
     error: Array  # (2 n_f, r) of ln C_e, then m_a, over scores of the error
 
-    def damping(self, inputs: Array, error: Array) -> Damping:
-        """Return the damping at scores of the inputs (n_inputs,) and of the error (r,)."""
+    def damping(self, inputs: Array | None, error: Array) -> Damping:
+        """Return the damping at scores of the inputs (n_inputs,) and of the error (r,).
+
+        None stands for the inputs of the study.
+        """
         change = np.zeros_like(self.table.values)
         for number, change_at in self.inputs:
+            if inputs is None:
+                break
             factor, step = change_at(float(np.clip(inputs[number], ENDS[0], ENDS[-1])))
             change += [np.log(np.maximum(factor, LEAST)), step]
         return self.table.plus(change + (self.error @ error).reshape(2, 1, -1))

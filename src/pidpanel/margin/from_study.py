@@ -153,7 +153,8 @@ class SpreadStudy:
                 deviation = self.uncertain.levels(row)[np.clip(band, 0, len(edges) - 1)]
                 pressure = self._pressure(self._first + number, inputs.frequency)
                 inputs = inputs._replace(pressure=pressure * 10 ** (deviation / 10))
-            layouts = self.dampers.layouts(self.uncertain.key_scores(row), row)
+            keys = self.uncertain.key_scores(row) if number >= 0 else None
+            layouts = self.dampers.layouts(keys, row)
             update = self.uncertain.study.update
             if number >= TESTED and not (update and update.acoustic):
                 layouts = layouts[: len(self.dampers.scenarios)]

@@ -80,8 +80,10 @@ class SpreadDampers:
         """Patches with a damper in some scenario."""
         return sorted({self._names.index(name) for part in self.scenarios for name in part})
 
-    def layouts(self, keys: Array, scores: Array) -> list[DampedLayout]:
-        """Return the layouts at both levels, at scores of the keys and of all groups."""
+    def layouts(self, keys: Array | None, scores: Array) -> list[DampedLayout]:
+        """Return the layouts at both levels, at scores of the keys, None for the nominal
+        ones, and of all groups.
+        """
         layouts = []
         for decibels in (0.0, self.test_db):
             for number, (dampers, factor) in enumerate(
@@ -125,7 +127,9 @@ class SpreadDampers:
         for key_number, key in enumerate(uncertain.keys):
             if not key.startswith(("dampers.", "scenarios.")):
                 continue
-            ends = [uncertain.dampers((key_number, z)) for z in ENDS]
+            # the middle of a spread may be another number than that of the study
+            is_nominal = uncertain.is_nominal(key_number)
+            ends = [uncertain.dampers((key_number, z)) for z in (ENDS if is_nominal else nodes)]
             if key.startswith("scenarios."):
                 ends = [self._refilled(end) for end in ends]
             at_ends = [self._tables_of(end, COARSER) for end in ends]
@@ -133,7 +137,8 @@ class SpreadDampers:
                 middle = tables[place].values[:, ::COARSER]
                 change = between @ np.array([end[place].values - middle for end in at_ends])
                 if np.any(change):
-                    change = np.insert(change, len(ENDS) // 2, 0.0, axis=0)
+                    if is_nominal:
+                        change = np.insert(change, len(ENDS) // 2, 0.0, axis=0)
                     change[:, 0] = np.exp(change[:, 0])
                     changes[place].append((key_number, PchipInterpolator(nodes, change)))
         for (number, patch), table in tables.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +24,15 @@ from pidpanel.response.from_study import dampers_of_scenarios, scenario_of
 from pidpanel.solve.bands import whole_third_octaves
 from pidpanel.sound.from_study import spectrum_of
 from pidpanel.study import Study
-from pidpanel.study.uncertain import SHIFT, SPECTRUM, correlation_matrix, judged_scenarios, varied
+from pidpanel.study.uncertain import (
+    SHIFT,
+    SPECTRUM,
+    correlation_matrix,
+    judged_scenarios,
+    number_at,
+    varied,
+    way_of,
+)
 
 BROADBAND = "damping models under broadband sound"
 QUICK = ("dampers.", "scenarios.", "sound.shift_db")  # keys that leave the panel and its air
@@ -173,6 +182,12 @@ class UncertainStudy:
         spectrum = spectrum_of(self.study.acoustics)
         levels = [scenario.oaspl_db for scenario in judged_scenarios(self.study)]
         return [1.0 if db is None else spectrum.pressure_factor(db) for db in levels]
+
+    def is_nominal(self, number: int) -> bool:
+        """Return whether the middle of the spread of a key is the number of the study."""
+        key = self.keys[number]
+        value = number_at(self.study, way_of(self.study, key))
+        return math.isclose(self.study.uncertain[key].value(0.0), float(value), rel_tol=1e-9)
 
     def at_end(self, number: int, z: float) -> Study:
         """Return the study with one key at a score."""
