@@ -81,8 +81,9 @@ class SpreadDampers:
         return sorted({self._names.index(name) for part in self.scenarios for name in part})
 
     def layouts(self, keys: Array | None, scores: Array) -> list[DampedLayout]:
-        """Return the layouts at both levels, at scores of the keys, None for the nominal
-        ones, and of all groups.
+        """Return the layouts at both levels, at scores of the keys and of all groups.
+
+        None stands for the keys as in the study.
         """
         layouts = []
         for decibels in (0.0, self.test_db):
