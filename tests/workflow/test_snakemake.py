@@ -67,8 +67,13 @@ def test_a_second_run_has_nothing_to_do_and_a_dry_run_writes_nothing(made):
 
 
 def test_a_dry_run_of_an_empty_folder_leaves_no_results(tmp_path, write_study, table_values):
-    write_study(tmp_path, "small", table_values())
-    assert set(jobs(snakemake(tmp_path, "-n"))) == ALL
+    values = table_values()
+    values["uncertain"] = {"panel.damping_ratio": {"normal": [0.018, 0.022], "source": "a"}}
+    values["update"] = {
+        "modal_survey": {"damping_ratio": {1: 0.01}, "damping_ratio_error": 0.1},
+    }
+    write_study(tmp_path, "small", values)
+    assert set(jobs(snakemake(tmp_path, "-n"))) == ALL | {"margin"}
     assert not (tmp_path / "results").exists()
 
 
