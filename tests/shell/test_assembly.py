@@ -197,6 +197,18 @@ def test_modes_and_residual_vectors_answer_for_a_damper_as_all_elements_do():
     assert abs(shell.at_points @ of_modes @ modal / whole - 1) > 5e-3  # the residual vectors matter
 
 
+def test_a_patch_that_moves_with_the_supports_has_the_overlaps_of_a_rigid_motion():
+    mesh = grid((2, 2), (-0.5, -0.5), (0.5, 0.5), on_paraboloid(0.5))
+    mesh = mesh.with_names({"P": Box((0.0, 0.0, -1.0), (0.5, 0.5, 1.0))}, {})
+    shell = assemble_shell(mesh, Layup(SANDWICH))
+    _, nodes = mesh.nodes(4)
+    motions, overlap = rigid_motions(shell, nodes)[:, :3], shell.patch_overlap["P"]
+    *forces, x, y, z = shell.patch_translation[0]
+    pushed = overlap @ motions
+    assert np.allclose(forces, pushed, rtol=0, atol=1e-12 * np.abs(pushed).max())
+    assert np.allclose([x, y, z], motions.T @ pushed, rtol=1e-10)
+
+
 def test_an_axis_along_the_normal_and_a_cell_without_section_are_refused():
     mesh = grid((2, 2), (0.0, 0.0), (0.5, 0.5))
     with pytest.raises(ValueError, match="along the normal"):

@@ -101,7 +101,7 @@ def base_errors(
     basis: PanelBasis, plate: StoredPlate, vectors: Array, translation: Translation = UNIT
 ) -> ErrorsAt:
     """Return the errors of the shapes ``vectors`` (n_free, n) under base motion."""
-    integrals = integrals_of_shapes(basis, plate, translation.quadrature)[:, :-1]
+    integrals = integrals_of_shapes(basis, plate, translation)[:, :-1]
     everything = np.column_stack([plate.inertia, integrals])
     in_shapes = vectors.T @ everything
 

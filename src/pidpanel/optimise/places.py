@@ -257,7 +257,8 @@ def place_plate(
         plate.quadrature_normal,
     )  # fmt: skip
     patches = dict(zip(map(place_name, numbers), overlap, strict=True))
-    return replace(plate, patch_overlap=patches, patch_weight=weight), float(error.max())
+    placed = replace(plate, patch_overlap=patches, patch_weight=weight, patch_translation=None)
+    return placed, float(error.max())
 
 
 def place_basis(basis: PanelBasis, plate: StoredPlate, places: Places) -> PanelBasis:

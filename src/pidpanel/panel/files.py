@@ -30,6 +30,7 @@ NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
 OF_STRUCTURE = {
     "quadrature_normal": ("quadrature space", "1"),
     "participation": ("coordinate space", "kg"),
+    "patch_translation": ("patch bordered_coordinate space", "m2"),
     "point_direction": ("point space", "1"),
 }
 SYMMETRIC = ("stiffness", "mass")  # matrices stored by their upper triangle

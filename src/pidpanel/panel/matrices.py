@@ -41,6 +41,9 @@ class PlateMatrices:
     quadrature_normal: Array | None = field(default=None, kw_only=True)
     # (n, 3) ∫ N ρ dV along x, y, z: forces per acceleration of all supports of a structure [kg]
     participation: Array | None = field(default=None, kw_only=True)
+    # (n_patches, n + 3, 3) of a shell, ∫_patch N n dA and ∫_patch n nᵀ dA with the normal n, by the
+    # quadrature of the overlaps: else no square of a moved patch is sure to be positive [m²]
+    patch_translation: Array | None = field(default=None, kw_only=True)
     # (n_points, 3) directions of the motion at the points of a structure
     point_direction: Array | None = field(default=None, kw_only=True)
 

@@ -224,10 +224,13 @@ class _Shell:
 
         frame, area, w = normal_motion(LOAD_ORDER, self.cells)
         check_folds(mesh, frame)
-        overlap = {}
-        for name, cells in mesh.patch_cells.items():
-            _, patch_area, moved = normal_motion(2 * order, cells)
+        overlap, translation = {}, np.empty((len(mesh.patch_cells), free.shape[1] + 3, 3))
+        for k, (name, cells) in enumerate(mesh.patch_cells.items()):
+            patch, patch_area, moved = normal_motion(2 * order, cells)
             overlap[name] = sp.csr_array(moved.T @ sp.diags_array(patch_area) @ moved)
+            along = patch.axes[:, :, 2].reshape(-1, 3)
+            weighted = patch_area[:, None] * along
+            translation[k] = np.vstack([moved.T @ weighted, along.T @ weighted])
         normal, strain = self.normals(1), reduced(*self.strains())
         vertex = 6 * np.arange(len(normal))  # vertices are the first nodes
         motion = tuple(free[vertex + k] for k in range(3))
@@ -242,6 +245,7 @@ class _Shell:
         return AssembledShell(
             **matrices,
             patch_overlap=overlap,
+            patch_translation=translation,
             interpolate=lambda positions: reduced(self.deflection(positions))[0],
             displacement=lambda positions: reduced(*self.displacement(positions)),
             at_vertices=at_vertices,

@@ -39,6 +39,7 @@ class Translation:
     points: Array | float = 1.0
     vertices: Array | float = 1.0
     quadrature: Array | float = 1.0
+    direction: Array | None = None  # (3,) of a structure
 
     def with_points(self, vertices: Index) -> Translation:
         """Return it with some vertices as further points."""
@@ -90,19 +91,26 @@ def inertia_of(
     translation: Translation = UNIT,
 ) -> Inertia:
     """Return the inertia of the shapes ``vectors`` (n_free, n) of a basis."""
-    cosine = translation.quadrature
-    integrals = integrals_of_shapes(basis, plate, cosine).T @ vectors.astype(np.float64)
-    square = np.broadcast_to(np.square(cosine), len(plate.quadrature_weight))
-    areas = _patch_weights(basis, plate)[:-1] @ square
+    integrals = integrals_of_shapes(basis, plate, translation).T @ vectors.astype(np.float64)
+    if plate.patch_translation is None:
+        square = np.broadcast_to(np.square(translation.quadrature), len(plate.quadrature_weight))
+        areas = _patch_weights(basis, plate)[:-1] @ square
+    else:
+        d = np.asarray(translation.direction)
+        areas = np.einsum("i,pij,j->p", d, plate.patch_translation[:, -3:], d)
     mean = plate.inertia @ vectors, mass, integrals[:-1], areas, integrals[-1]
     return Inertia(*mean, translation)
 
 
 def integrals_of_shapes(
-    basis: PanelBasis, plate: StoredPlate, translation: Array | float = 1.0
+    basis: PanelBasis, plate: StoredPlate, translation: Translation = UNIT
 ) -> Array:
     """Return ∫ t φ dA of all elements (n_free, n_patches + 1) over patches, then the face [m²]."""
-    return plate.at_quadrature.T @ (_patch_weights(basis, plate) * translation).T
+    weights = _patch_weights(basis, plate) * translation.quadrature
+    integrals = np.asarray(plate.at_quadrature.T @ weights.T)
+    if plate.patch_translation is not None:
+        integrals[:, :-1] = (plate.patch_translation[:, :-3] @ np.asarray(translation.direction)).T
+    return integrals
 
 
 def _patch_weights(basis: PanelBasis, plate: StoredPlate) -> Array:

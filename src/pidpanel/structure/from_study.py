@@ -311,8 +311,8 @@ def read_moved_panel(study: Study, files: Files) -> tuple[PanelBasis, StoredPlat
     direction = direction / np.linalg.norm(direction)
     at_points, normals = plate.point_direction @ direction, plate.quadrature_normal @ direction
     if basis.quadrature_normal is None:  # a flat structure
-        translation = Translation(at_points, float(normals[0]), float(normals[0]))
+        translation = Translation(at_points, float(normals[0]), float(normals[0]), direction)
     else:
         vertex_normal = Surface(basis.vertex_position, basis.cells).vertex_normal
-        translation = Translation(at_points, vertex_normal @ direction, normals)
+        translation = Translation(at_points, vertex_normal @ direction, normals, direction)
     return basis, replace(plate, inertia=plate.participation @ direction), translation
