@@ -1,12 +1,20 @@
 """Patches of structures: their motion along the surface, their normals, what is refused of them."""
 
+import json
+from dataclasses import replace
+from importlib import resources
+from unittest import mock
+
 import numpy as np
 import pandas as pd
 import pytest
+from browser import CHROMIUM, Browser
 
 from pidpanel import Model, StudyError
 from pidpanel.panel.files import read_basis
-from pidpanel.report.panel_section import panel_section
+from pidpanel.report.html import Picture
+from pidpanel.report.panel_section import TURNED_CELLS, panel_section, turned_surface
+from pidpanel.report.templates import environment
 from pidpanel.structure.from_study import structure_of
 from pidpanel.structure.surface import Surface, tangential_share, view_axes
 from tests.page_reader import blocks_of
@@ -44,15 +52,54 @@ def arch(**patch):
     }  # fmt: skip
 
 
-def test_the_page_has_normal_angle_and_share_of_each_patch():
+@pytest.fixture(scope="module")
+def arch_section():
+    """A curved shell's basis and its section of the page."""
     model = Model(arch())
     basis = read_basis(model._stages.files("panel").modes)
-    assert 0 < basis.tangential_share[0] < 0.2
     modes = pd.DataFrame({"mode": [1], "frequency_hz": [50.0], "modal_mass_kg": [1.0]})
-    section = panel_section(basis, modes, pd.DataFrame(), model.study, basis)
+    return basis, panel_section(basis, modes, pd.DataFrame(), model.study, basis)
+
+
+def test_the_page_has_normal_angle_and_share_of_each_patch(arch_section):
+    basis, section = arch_section
+    assert 0 < basis.tangential_share[0] < 0.2
     table = next(block for block in blocks_of(section) if "normal" in str(vars(block)))
     assert table.rows == [["P", "0, 0, 1", "37°", table.rows[0][-1]]]  # acos 0.8
     assert 0 < float(table.rows[0][-1].split()[0]) < 20
+
+
+def test_a_surface_in_space_has_its_patches_in_the_view_that_turns(arch_section):
+    basis, _ = arch_section
+    turned = json.loads(turned_surface(basis))
+    assert np.linalg.norm(turned["vertices"], axis=1).max() == pytest.approx(0.5, abs=1e-4)
+    (own,) = {turned["colour"][k] for k in np.flatnonzero(basis.cell_in_patch[0])}
+    assert turned["colour"].count(own) == basis.cell_in_patch[0].sum()
+    assert turned["cells"] == basis.cells.tolist() and list(turned["points"]) == ["mid"]
+    many = np.tile(basis.cells, (1 + TURNED_CELLS // len(basis.cells), 1))
+    assert turned_surface(replace(basis, cells=many)) is None
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+def test_a_key_turns_the_surface(arch_section, tmp_path):
+    show = environment().get_template("macros.html").module.show
+    with mock.patch.object(Picture, "image", b""):
+        text = show(arch_section[1].blocks[0])
+    script = (resources.files("pidpanel.report") / "pages" / "page.js").read_text()
+    page = tmp_path / "page.html"
+    page.write_text(f"<!DOCTYPE html><meta charset='utf-8'>{text}<script>{script}</script>")
+    image = "document.querySelector('.turned canvas').toDataURL()"
+    press = (
+        "document.querySelector('.turned').dispatchEvent(new KeyboardEvent('keydown', {key: '%s'}))"
+    )
+    with Browser(800) as browser:
+        browser.open(page)
+        first = browser.run(image)
+        browser.run(press % "ArrowLeft")
+        assert browser.run(image) != first
+        browser.run(press % "ArrowRight")
+        assert browser.run(image) == first
+        assert browser.complaints() == []
 
 
 @pytest.mark.parametrize("normal", [[1, 0, 0], [0, 0, -1]])

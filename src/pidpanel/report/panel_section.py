@@ -1,5 +1,6 @@
 """The panel on the page: what it is, its mesh, its section, its modes, the paper's Table 1."""
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,9 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
+from pidpanel.arrays import Array
 from pidpanel.geometry.plane_mesh import boundary_edges
 from pidpanel.panel.basis import PanelBasis
 from pidpanel.report import style
@@ -20,6 +22,7 @@ from pidpanel.report.names import Study
 from pidpanel.report.text import records
 
 MODES_SHOWN = 9  # modes whose shapes are drawn
+TURNED_CELLS = 6000  # most elements of a view that turns: a quarter of a megabyte
 
 # Axes of a picture of a shape, to the right and up, of one who looks down on the panel.
 SEEN = np.array([[0.9439, -0.3303, 0.0], [0.2376, 0.6789, 0.6947]])
@@ -53,6 +56,7 @@ def panel_section(
         "shapes": figure_picture("mode_shapes", shapes_figure, drawn, titles),
         "shown": len(first),
         "views": None if in_space is None else figure_picture("views", views_figure, in_space),
+        "turned": None if in_space is None else turned_surface(in_space),
         "patches": [] if study is None else _patches(basis, study),
         **_mode_values(modes, printed if is_papers_panel(modes, printed) else None),
     }
@@ -105,12 +109,37 @@ def _title(row: dict[str, Any]) -> str:
     return f"{row['mode']}:{order} {row['frequency_hz']:.2f} Hz"
 
 
+def turned_surface(basis: PanelBasis) -> str | None:
+    """Return a surface in space as JSON for the view that turns, in a sphere of diameter 1."""
+    vertices, cells = basis.vertex_position, basis.cells
+    if len(cells) > TURNED_CELLS:
+        return None
+    middle = (vertices.max(axis=0) + vertices.min(axis=0)) / 2
+    diameter = 2 * np.linalg.norm(vertices - middle, axis=1).max()
+    places = [(part - middle) / diameter for part in (vertices, basis.point_position)]
+    looks, look = np.unique(_cell_colours(basis), axis=0, return_inverse=True)
+    parts = {
+        "vertices": places[0].round(4).tolist(),
+        "cells": cells.tolist(),
+        "colours": [to_hex(colour) for colour in looks],
+        "colour": look.ravel().tolist(),
+        "points": dict(zip(basis.point_names, places[1].round(4).tolist(), strict=True)),
+    }
+    return json.dumps(parts, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _cell_colours(basis: PanelBasis) -> Array:
+    """Return the colours (n_cells, 3) of elements, by patch."""
+    colours = np.full((len(basis.cells), 3), 0.93)
+    for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
+        colours[inside] = to_rgb(style.place_colour(name, basis.patch_names))
+    return colours
+
+
 def views_figure(basis: PanelBasis) -> Figure:
     """Draw a surface in space from three sides, with its patches and points."""
     vertices, cells = basis.vertex_position, basis.cells
-    size, colours = np.ptp(vertices, axis=0), np.full((len(cells), 3), 0.93)
-    for name, inside in zip(basis.patch_names, basis.cell_in_patch, strict=True):
-        colours[inside] = to_rgb(style.place_colour(name, basis.patch_names))
+    size, colours = np.ptp(vertices, axis=0), _cell_colours(basis)
     views = ((0, 1, 2), (0, 2, 1), (1, 2, 0))  # to the right, up, and towards the eye or from it
     widths = [max(size[right], 0.1 * size.max()) for right, *_ in views]
     height = WIDTH / sum(widths) * max(size[1], size[2]) + 0.6

@@ -185,3 +185,61 @@ if (window.uPlot) {
   const watch = new ResizeObserver(entries => entries.forEach(entry => drawSeen(entry.target)));
   document.querySelectorAll("div.chart").forEach(box => watch.observe(box));
 }
+
+// a surface in space as an eye sees it from afar, turned by dragging or arrow keys
+document.querySelectorAll("figure.turned").forEach(box => {
+  const { vertices, cells, colours, colour, points } = JSON.parse(box.querySelector("script").textContent);
+  const canvas = box.querySelector("canvas"), pen = canvas.getContext("2d");
+  let around = -0.9, above = 0.5, zoom = 1;
+  function seen([x, y, z]) { // to the right, up, towards the eye
+    const along = x * Math.sin(around) - y * Math.cos(around);
+    return [x * Math.cos(around) + y * Math.sin(around), z * Math.cos(above) - along * Math.sin(above),
+      z * Math.sin(above) + along * Math.cos(above)];
+  }
+  function paint() {
+    const width = box.clientWidth, height = Math.min(460, Math.round(0.6 * width)), sharp = devicePixelRatio || 1;
+    if (width < 50) return;
+    [canvas.width, canvas.height] = [width * sharp, height * sharp];
+    canvas.style.height = height + "px";
+    pen.setTransform(sharp, 0, 0, sharp, 0, 0);
+    const scale = zoom * 0.95 * height, place = ([x, y]) => [width / 2 + scale * x, height / 2 - scale * y];
+    const eyes = vertices.map(seen), depth = cells.map(cell => cell.reduce((sum, n) => sum + eyes[n][2], 0) / cell.length);
+    for (const k of cells.map((_, k) => k).sort((a, b) => depth[a] - depth[b])) {
+      const [a, b, c] = cells[k].map(n => eyes[n]), u = [0, 1, 2].map(i => b[i] - a[i]), v = [0, 1, 2].map(i => c[i] - a[i]);
+      const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+      pen.beginPath();
+      cells[k].forEach(n => pen.lineTo(...place(eyes[n])));
+      pen.closePath();
+      pen.fillStyle = colours[colour[k]];
+      pen.fill();
+      pen.fillStyle = `rgba(0, 0, 0, ${0.35 * (1 - Math.abs(normal[2]) / Math.hypot(...normal))})`;
+      pen.fill();
+      pen.strokeStyle = "rgba(90, 90, 90, 0.5)"; pen.lineWidth = 0.5; pen.stroke();
+    }
+    const corner = [0.09 * height, 0.88 * height];
+    [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].forEach(([name, axis]) => {
+      const [x, y] = seen(axis).map(part => 0.07 * height * part);
+      pen.beginPath(); pen.moveTo(...corner); pen.lineTo(corner[0] + x, corner[1] - y);
+      pen.strokeStyle = "black"; pen.lineWidth = 1; pen.stroke();
+      pen.fillStyle = "black"; pen.font = "13px sans-serif"; pen.fillText(name, corner[0] + 1.3 * x - 3, corner[1] - 1.3 * y + 4);
+    });
+    for (const [name, point] of Object.entries(points)) {
+      const [x, y] = place(seen(point));
+      pen.beginPath(); pen.arc(x, y, 3.5, 0, 7); pen.fillStyle = "white"; pen.fill(); pen.stroke();
+      pen.fillStyle = "black"; pen.fillText(name, x + 6, y - 6);
+    }
+  }
+  function turn(right, up) {
+    around += right; above = Math.max(-1.57, Math.min(1.57, above + up));
+    paint();
+  }
+  canvas.addEventListener("pointerdown", event => canvas.setPointerCapture(event.pointerId));
+  canvas.addEventListener("pointermove", event => { if (event.buttons) turn(-0.01 * event.movementX, 0.01 * event.movementY); });
+  box.addEventListener("keydown", event => {
+    const by = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[event.key];
+    zoom *= { "+": 1.2, "-": 1 / 1.2, "−": 1 / 1.2 }[event.key] || 1;
+    turn(...(by || [0, 0]));
+    if (by) event.preventDefault();
+  });
+  new ResizeObserver(paint).observe(box);
+});
