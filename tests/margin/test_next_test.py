@@ -60,6 +60,17 @@ def test_scatter_of_few_runs_tells_nothing_of_inputs_that_no_channel_shows():
     assert C[0, 0] < 0.01
 
 
+def test_two_runs_of_a_panel_are_no_independent_evidence_of_its_inputs():
+    """Ten inputs of 48 panels, of two runs each, and scatter that a panel has in both."""
+    rng = np.random.default_rng(13)
+    z = rng.standard_normal((96, 12))
+    z[1::2, :10] = z[::2, :10]
+    shown = z[:, 10:11] + 0.1 * np.repeat(rng.standard_normal((48, 400)), 2, axis=0)
+    B, _ = joined(z, [Observable(shown, np.full(400, 0.01))])
+    assert np.mean(B[:, :10] != 0) < 0.01  # 0.003 beyond three standard errors
+    assert np.all(B[:, 10] != 0)
+
+
 def test_an_error_common_to_all_channels_does_not_average_out():
     channels = np.repeat(SCORES[:, :1], 50, axis=1)
     alone = Observable(channels, np.full(50, 0.5))

@@ -19,6 +19,7 @@ import scipy.linalg as la
 from pidpanel.arrays import Array
 from pidpanel.margin.assessment import PointAnswer
 from pidpanel.margin.chaos import Chaos
+from pidpanel.margin.samples import DRAWS
 
 DRAWN = 2**14  # pairs of samples
 INTERVAL = (0.05, 0.95)
@@ -65,7 +66,8 @@ def joined(
         square = np.sum((part.values - runs @ solution) ** 2, axis=0)
         left = square / max(len(runs) - rank, 1)
         B, variance = solution[1:].T.copy(), part.error**2 + left
-        inverse = np.linalg.pinv(runs)[1:]
+        # what is not linear in the inputs of a panel is the same in all of its runs
+        inverse = np.add.reduceat(np.linalg.pinv(runs)[1:], np.arange(0, len(runs), DRAWS), axis=1)
         B[np.abs(B) < SIGNIFICANT * np.sqrt(np.outer(left, np.sum(inverse**2, axis=1)))] = 0.0
         for columns in part.unseen:
             B[:, columns] = 0.0
