@@ -33,7 +33,7 @@ def test_a_surrogate_that_explains_too_little_is_not_sampled():
     assert range_row(poor, poor.drawn(2), 1.0)["p95_g"] == np.quantile(poor.values, 0.95)
 
 
-def test_the_worst_point_of_the_best_scenario_governs_by_its_limit():
+def test_the_worst_point_and_level_of_the_best_layout_govern_by_the_limit():
     answers = [
         answer(30.0, 1.0, panel="bare"),
         answer(20.0, 1.0, point="1"),
@@ -42,8 +42,11 @@ def test_the_worst_point_of_the_best_scenario_governs_by_its_limit():
         answer(9.0, 1.0, scenario="B", point="2", limit=11.0),
         answer(90.0, 1.0, scenario="B", point="3", limit=np.nan),
     ]
-    chosen = governing(answers, 2)
+    chosen = governing(answers, 2, {"A": "A", "B": "B", "C": "A"})
     assert (chosen.scenario, chosen.point) == ("A", "1")
+    louder = answer(25.0, 1.0, scenario="C", point="2")  # A at a higher level
+    chosen = governing([*answers[1:3], louder], 2, {"A": "A", "C": "A"})
+    assert (chosen.scenario, chosen.point) == ("C", "2")
 
 
 def test_shares_come_with_their_source_the_largest_first():

@@ -104,6 +104,16 @@ def test_the_first_screen_has_bars_shares_and_what_tests_leave():
     assert "P95/50 and has no spread" in render(stated)
 
 
+def test_bare_panels_at_several_levels_have_their_level():
+    stated = results()
+    louder = stated.ranges.assign(scenario="B", p50_g=30.0)
+    names = {"A": "half full, acceptance (137 dB)", "B": "half full, qualification (143 dB)"}
+    both = stated._replace(ranges=pd.concat([stated.ranges, louder]))
+    page = Page(title="t", answer="a", facts=[], first=[margin_first(both, names)], sections=[])
+    text = render(page)
+    assert "bare, acceptance (137 dB)" in text and "bare, qualification (143 dB)" in text
+
+
 @pytest.mark.parametrize(
     ("exceeding", "samples", "text"),
     [(0.0, 256, "below 1.2 %"), (0.004, 256, "below 1.2 %"), (0.02, 256, "2.0 %"),

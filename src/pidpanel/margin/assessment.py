@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,10 +75,13 @@ def share_rows(
         }  # fmt: skip
 
 
-def governing(answers: Sequence[PointAnswer], size: int) -> PointAnswer:
-    """Return the worst point of the best scenario with dampers, by the 95 % over the limit.
+def governing(
+    answers: Sequence[PointAnswer], size: int, layout_of: Mapping[str, str]
+) -> PointAnswer:
+    """Return the worst point and level of the best layout, by the 95 % over the limit.
 
-    Points without a limit count only where none has one.
+    Points without a limit count only where none has one. ``layout_of`` has the layouts of
+    scenarios.
     """
 
     def load(answer: PointAnswer) -> float:
@@ -88,5 +91,6 @@ def governing(answers: Sequence[PointAnswer], size: int) -> PointAnswer:
     worst: dict[str, PointAnswer] = {}
     for answer in answers:
         if answer.panel == "damped":
-            worst[answer.scenario] = max(worst.get(answer.scenario, answer), answer, key=load)
+            layout = layout_of[answer.scenario]
+            worst[layout] = max(worst.get(layout, answer), answer, key=load)
     return min(worst.values(), key=load)

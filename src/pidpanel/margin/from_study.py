@@ -275,7 +275,8 @@ def _tables(
     names, sources, parts = [g.name for g in groups], [g.source for g in groups], columns_of(groups)
     samples, errors = spread.samples[: len(runs["level"])], [*uncertain.error_columns.values()]
     errors += [part for name, part in zip(names, parts, strict=True) if name == BROADBAND]
-    main, edges = governing(cases, size), uncertain.band_edges
+    layout_of = {scenario.label: scenario.layout_label for scenario in judged_scenarios(study)}
+    main, edges = governing(cases, size, layout_of), uncertain.band_edges
     unseen = [part for name, part in zip(names, parts, strict=True) if name in (SPECTRUM, SHIFT)]
     possible = measurements_of(runs, study.margin.test_errors, edges, unseen, uncertain.test_db)
     stated = {"inputs": "stated"}

@@ -94,8 +94,13 @@ def update_lines(results: SpreadResults, names: Mapping[str, str]) -> list[str]:
 
 
 def _by_point(ranges: pd.DataFrame) -> pd.DataFrame:
-    """Return each range once, point by point, the bare panel first."""
+    """Return each range once with its title, point by point, the bare panel first."""
     once = ranges.drop_duplicates(["inputs", "panel", "point", "p50_g"])
+    is_bare, title = once["panel"] == "bare", once["name"].copy()
+    has_levels = once[is_bare].duplicated(["inputs", "point"]).any()
+    title[is_bare] = "bare, " + title.str.split(", ").str[-1] if has_levels else "bare"
+    title += np.where(once["inputs"] == "updated", ", after tests", "")
+    once = once.assign(title=title)
     order = {name: number for number, name in enumerate(dict.fromkeys(once["point"]))}
     return once.assign(order=once["point"].map(order)).sort_values(
         ["order", "panel"], kind="stable"
@@ -129,8 +134,6 @@ def margin_section(results: SpreadResults, names: Mapping[str, str]) -> html.Pag
 def range_figure(rows: list[dict[str, Any]]) -> Figure:
     """Draw the 5 to 95 % of g rms as bars, bare and damped, with median, nominal and limit."""
     table = pd.DataFrame(rows)
-    table["title"] = np.where(table["panel"] == "bare", "bare", table["name"])
-    table["title"] += np.where(table["inputs"] == "updated", ", after tests", "")
     points = list(dict.fromkeys(table["point"]))
     figure = Figure(
         figsize=(6.4, 0.7 + 0.26 * len(table) + 0.15 * len(points)), layout="constrained"
@@ -184,6 +187,6 @@ def share_figure(shares: list[dict[str, Any]], tests: list[dict[str, Any]]) -> F
                           va="center", fontsize=8)  # fmt: skip
         axes.set_yticks(place, names)
         axes.invert_yaxis()
-        axes.set(xlabel=title, xlim=(0, 1.08))
+        axes.set(xlabel=title, xlim=(0, 1.12))
         axes.grid(axis="y", visible=False)
     return figure
