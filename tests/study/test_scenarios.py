@@ -103,10 +103,11 @@ def test_named_levels_are_scenarios_of_what_states_neither_a_level_nor_a_list(lo
     ("change", "message"),
     [
         (("sound.oaspl_db", None), "sound.oaspl_db: missing; required with levels"),
+        (("sound.levels.flight", 6), "sound.levels = .*: two names have the same level"),
         (("sound.levels.loud", 55), "sound.levels.loud = 55: gives 205 dB; must be"),
     ],
 )
-def test_levels_without_their_zero_or_beyond_all_sound_are_refused(loaded, change, message):
+def test_levels_without_their_zero_twice_or_beyond_all_sound_are_refused(loaded, change, message):
     with pytest.raises(StudyError, match=message):
         loaded(LEVELS, change)
 

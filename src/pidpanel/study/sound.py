@@ -208,6 +208,8 @@ class Sound(SectionModel):
         for level, name in self.named_levels.items() if self.oaspl_db is not None else ():
             if not OVERALL.holds(level):
                 yield Mistake(("levels", name), f"gives {level:g} dB; {OVERALL.allowed}")
+        if len(self.named_levels) < len(self.levels):
+            yield Mistake(("levels",), "two names have the same level; must differ")
         if self.oaspl_db is not None and self.shift_db != 0:
             yield Mistake(("shift_db",), f"not allowed together with oaspl_db = {self.oaspl_db:g}")
         if (self.field == "plane_wave") != (self.incidence_deg is not None):

@@ -46,6 +46,9 @@ class ModalTest(SectionModel):
                 if mode not in map(str, range(1, MODES_SEEN + 1)):
                     message = f"no such mode; must be 1 to {MODES_SEEN}, in the order of frequency"
                     yield Mistake((key, mode), message)
+        values = [value for _, value in sorted(self.frequency_hz.items())]
+        if values != sorted(values):
+            yield Mistake(("frequency_hz",), "must rise with the number of the mode")
 
 
 class CouponTest(SectionModel):
@@ -145,14 +148,18 @@ def mistakes_of_update(study: Study, judged: list[Scenario]) -> Iterator[Mistake
         return
     coupon = study.update.coupon
     patches = [patch for scenario in judged for patch in scenario.patches]
-    if coupon is not None and (coupon.patch or "") not in ("", *patches):
+    if coupon is not None and coupon.patch not in (None, *patches):
         message = f"must be one of {', '.join(dict.fromkeys(patches))}"
         yield Mistake(("coupon", "patch"), message)
     if coupon is not None and not patches:
         yield Mistake(("coupon",), "no scenario has dampers")
+    used: list[str] = []
     for title, test in study.update.acoustic.items():
         for index, name in enumerate(test.measurements):
             keys: Keys = ("acoustic", title, "measurements", index)
+            if name in used:
+                yield Mistake(keys, f"{name} is in a test already; it would count twice")
+            used.append(name)
             if name not in study.measurements:
                 names = ", ".join(study.measurements) or "none"
                 yield Mistake(keys, f"no such measurement; names: {names}")
