@@ -1,5 +1,7 @@
 """`pidpanel new --mesh` of decks that are not flat: a shell with the sections of its properties."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from pidpanel.shell.attachments import ShellSupport
 from pidpanel.shell.drawing import cylinder_panel, mesh_surface
 from pidpanel.shell.selections import Box
 from pidpanel.shell.strains import Layup
+from pidpanel.structure.any_structure import StructureRefused
 from pidpanel.structure.from_study import structure_of
 from pidpanel.study import load_study
 
@@ -80,6 +83,21 @@ def test_facets_of_a_cylinder_have_the_frequencies_of_the_curved_shell(drafted):
 def test_facets_too_coarse_for_a_thin_shell_are_refused(drafted):
     status, _, printed = drafted(deck(SOLID.format(1).replace("4.", "1.")))
     assert status == 2 and "flat facets are up to" in printed and printed.count("\n") == 1
+
+
+def test_a_file_with_longer_elements_than_stated_is_refused(drafted):
+    _, structure, _ = drafted(deck(SOLID.format(1), n=12))
+    shell = replace(structure_of(structure), size=0.02)
+    shell.check(1000.0)
+    with pytest.raises(StructureRefused, match=r"elements are 0\.052 m long, at most 0\.04\d* m"):
+        shell.check(6000.0)
+
+
+def test_materials_along_the_radius_of_a_cylinder_are_refused(drafted):
+    radial = "CORD2C,8,,0.,0.,0.,1.,0.,0.\n,0.,0.,1."
+    _, structure, printed = drafted(deck(laminate(1), CARBON, radial, direction=",8"))
+    assert "element 1: the x axis of MCID 8 is along its normal" in printed
+    assert structure.shell.section.core.grade  # not its own
 
 
 def frequencies(structure):

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 import pyvista
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from pidpanel.modal_files import read_modes
 from pidpanel.paths import PROJECT
@@ -46,10 +47,24 @@ def test_the_modes_of_a_plate_move_its_areal_mass(plate, tmp_path):
 
 
 def test_numbers_and_flags_of_cells_are_groups(plate, tmp_path):
-    groups = read(grid_of(plate), tmp_path).groups
+    grid = grid_of(plate)
+    grid.cell_data["rim"] = 1.0 * grid.cell_data["rim"]
+    grid.cell_data["thickness"] = np.full(96, 0.5)
+    groups = read(grid, tmp_path).groups
     assert groups.keys() == {"1", "2", "rim"}
     np.testing.assert_array_equal(groups["2"], np.arange(0, 96, 4))
     np.testing.assert_array_equal(groups["rim"], np.arange(12))
+
+
+def test_a_compression_that_is_not_read_is_named(plate, tmp_path):
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid_of(plate))
+    writer.SetFileName(f"{tmp_path / 'modes.vtu'}")
+    writer.SetCompressorTypeToLZ4()
+    writer.SetHeaderTypeToUInt64()
+    writer.Write()
+    with pytest.raises(ValueError, match=r"compressed otherwise than by zlib or lzma"):
+        read_modes(tmp_path / "modes.vtu", unit_m=1.0)
 
 
 def test_quadratic_cells_are_cut_at_their_nodes_between_the_corners(tmp_path):

@@ -23,7 +23,7 @@ def read_vtu(path: Path) -> tuple[SurfaceElements, ModeShapes]:
     try:
         grid = meshio.vtu.read(path)
     except Exception as error:  # whatever the library meets in a broken file
-        message = f"{error}".rstrip(".") or type(error).__name__
+        message = f"{error}".rstrip(".") or "compressed otherwise than by zlib or lzma"
         raise ValueError(f"{path}: is no VTU that can be read ({message})") from None
     position = np.asarray(grid.points, dtype=float)
     node = np.arange(1, len(position) + 1)
@@ -34,9 +34,9 @@ def read_vtu(path: Path) -> tuple[SurfaceElements, ModeShapes]:
             continue
         for name, arrays in grid.cell_data.items():
             values = np.asarray(arrays[block])
-            if not np.issubdtype(values.dtype, np.integer) or values.ndim > 1:
+            if values.ndim > 1 or not (values == np.rint(values)).all():
                 continue
-            for value in np.unique(values[values != 0]).tolist():
+            for value in np.unique(values[values != 0]).astype(int).tolist():
                 members = groups.setdefault(f"{value}" if name == GROUP else name, [])
                 members += (len(corners) + np.flatnonzero(values == value)).tolist()
         corners += (1 + cells.data[:, : KINDS[cells.type]]).tolist()

@@ -42,6 +42,7 @@ WEIGHTS = re.compile(r"^\s*PARAM\s*,\s*WTMASS\s*,\s*(\S+)", re.MULTILINE)
 ACTIVE = re.compile(r"^\s*SPC\s*=\s*(\d+)\s*$", re.MULTILINE)
 LIMITS = dict.fromkeys(GEOMETRY, MOST_FIELDS)
 WHOLE_LIMITS = LIMITS | dict.fromkeys(PROPOSED, MOST_LISTED)
+ACROSS = 0.996  # cosine of 5°, the least angle between the x axis of MCID and a normal
 MOST_FAULTS = 1000  # a file with more is not read to its end
 
 
@@ -152,9 +153,14 @@ class Deck:
             if number < 0:
                 continue
             members = self.shells.system[chosen] == number
-            centre = (a + b + c)[members] / 3
+            centre = np.where(is_triangle, (a + b + c) / 3, (a + b + c + d) / 4)[members]
             system = self.systems.system(number, str(self.path))
             side[members] = frames(system, centre)[:, :, 0]
+            is_across = np.abs(np.sum(side * normal, axis=1)[members]) > ACROSS
+            if is_across.any():  # as of a cylindrical system on its cylinder
+                element = self.shells.number[chosen][members][is_across.argmax()]
+                message = f"element {element}: the x axis of MCID {number} is along its normal"
+                raise ValueError(f"{message}; it must be along the surface")
         side -= np.sum(side * normal, axis=1)[:, None] * normal
         side /= np.linalg.norm(side, axis=1)[:, None]
         turn = np.radians(np.nan_to_num(self.shells.angle[chosen]))[:, None]

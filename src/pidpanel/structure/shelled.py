@@ -184,6 +184,11 @@ class ShellStructure(AnyStructure):
         if self.size > longest:
             message = f"must be at most {longest:.2g} for responses up to {highest:g} Hz"
             raise StructureRefused(("shell", "size_m"), message)
+        corners = self.shell.vertices[self.shell.cells]
+        edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+        if edge > longest:  # a mesh of a file, which size_m does not change
+            message = f"its elements are {edge:.2g} m long, at most {longest:.2g} m is allowed for"
+            raise StructureRefused(("shell", "form"), f"{message} responses up to {highest:g} Hz")
         thinnest = min(map(bending_thickness, self.layups.values()))
         if (off := bulge(self.shell)) > MOST_BULGE * thinnest:
             message = f"its flat facets are up to {1e3 * off:.2g} mm off a smooth surface, at most "
