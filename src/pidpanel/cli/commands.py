@@ -134,11 +134,12 @@ def run_study(file: Path, directory: Path, jobs: int, options: Sequence[str] = (
 
             margins = read_by_point(results / study.name / "severity" / "margins.csv")
             print(*margin_lines(study, margins), sep="\n")
-        if isinstance(study, Study) and study.update is not None:
+        if isinstance(study, Study) and study.uncertain:
             from pidpanel.report.from_study import spread_of
-            from pidpanel.report.margin_section import update_lines
+            from pidpanel.report.margin_section import margin_headline
+            from pidpanel.report.names import names_of
 
-            print(*update_lines(spread_of(study, results / study.name), {}), sep="\n")
+            print(margin_headline(spread_of(study, results / study.name), names_of(study)))
         print(page.absolute())
     return status
 
