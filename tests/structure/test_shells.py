@@ -6,6 +6,7 @@ import pytest
 
 from pidpanel import Model
 from pidpanel.panel.files import read_basis
+from pidpanel.shell.assembly import assemble_shell
 from pidpanel.structure.from_study import structure_of
 from pidpanel.study import StudyError
 from tests.structures import COMMON, CURVED, PANEL
@@ -156,3 +157,14 @@ def test_base_motion_of_a_shell_without_patches_has_the_mesh_error_of_its_modes(
     bound = np.max(basis.frequency_shift) / 0.01
     assert (summary["mesh_error"] > 0).all()
     assert (summary["mesh_error"] < 5 * bound).all()
+
+
+def test_the_base_moves_points_along_the_normals_of_the_curved_surface():
+    turns = np.array([0.0, 0.3, -0.37])
+    normals = np.stack([0 * turns, np.sin(turns), np.cos(turns)], axis=1)
+    points = {f"p{k}": {"at_m": [0.4, *n[1:].tolist()]} for k, n in enumerate(normals)}
+    structure = panel_of({**CURVED, "points": points})
+    shell = assemble_shell(structure.shell, structure.layups, structure.attached, order=2)
+    # slopes of order 4 on an arc of h = 0.1 R are off by some (h/R)⁴/30
+    found = structure._with_directions(shell).point_direction
+    np.testing.assert_allclose(found, normals, atol=1e-5)

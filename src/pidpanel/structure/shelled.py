@@ -240,8 +240,8 @@ class ShellStructure(AnyStructure):
 
     def _with_directions(self, shell: AssembledShell) -> AssembledShell:
         """Return the matrices with motion along the stated directions at the points."""
-        cells, _ = self.shell.locate(self.point_position)
-        normals = self.surface.cell_normal[cells]
+        cells, place = self.shell.locate(self.point_position)
+        normals = frames(self.shell, 1, place[:, None], cells, None).axes[:, 0, 2]
         points = [point.direction for point in self.observations.values()]
         direction = np.array(
             [n if d is None else np.array(d) for d, n in zip(points, normals, strict=True)]
