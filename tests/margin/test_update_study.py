@@ -70,7 +70,7 @@ def updated(tmp_path_factory):
         "bare": {"file": "bare.csv", "point": "P", "scenario": "bare_133dB"},
         "damped": {"file": "damped.csv", "point": "P", "scenario": "hall"},
     }
-    natural = inputs.basis.natural_frequency[:3].tolist()
+    natural = inputs.basis.natural_frequency[:1].tolist()  # the others are residual vectors
     values["update"] = {
         "modal_survey": {"frequency_hz": dict(enumerate(natural, 1)), "frequency_error": 0.005},
         "acoustic": {
