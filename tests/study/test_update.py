@@ -65,6 +65,7 @@ def study_with(folder, update, **changes):
         ({"modal_survey": SURVEY | {"frequency_hz": {9: 99.0}}}, "frequency_hz.9", ["1 to 6"]),
         ({"modal_survey": SURVEY | {"frequency_hz": {"A1": 99.0}}}, "A1", ["1 to 6"]),
         ({"modal_survey": SURVEY | {"frequency_hz": {1: 99.0, 2: 61.0}}}, "_hz", ["must rise"]),
+        ({"modal_survey": SURVEY | {"frequency_hz": {2: 301.0}}}, "hz.2", ["at most 300"]),
         ({"impact_test": SURVEY | {"frequency_hz": {1: 0.06}}}, "frequency_hz.1", ["kHz", "60"]),
         ({"modal_survey": {"damping_ratio": {1: 1.2}, "damping_ratio_error": 0.1}},
          "damping_ratio.1", ["0.5", "0.012"]),

@@ -146,7 +146,12 @@ def mistakes_of_update(study: Study, judged: list[Scenario]) -> Iterator[Mistake
     """Yield what of the section ``update`` the study does not go together with."""
     if study.update is None:
         return
-    coupon = study.update.coupon
+    coupon, highest = study.update.coupon, study.response.frequency_hz[1]
+    for survey in ("modal_survey", "impact_test"):
+        for mode, value in getattr(getattr(study.update, survey), "frequency_hz", {}).items():
+            if value > highest:
+                message = f"must be at most {highest:g}, the end of the response"
+                yield Mistake((survey, "frequency_hz", mode), message)
     patches = [patch for scenario in judged for patch in scenario.patches]
     if coupon is not None and coupon.patch not in (None, *patches):
         message = f"must be one of {', '.join(dict.fromkeys(patches))}"
