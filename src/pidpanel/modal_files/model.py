@@ -81,19 +81,7 @@ def modal_model(
         rows, cells, parents, groups = _surface(mesh, shapes)
         order = np.argsort(shapes.node)
         columns = order[np.searchsorted(shapes.node, mesh.node[rows], sorter=order)]
-        position = unit_m * mesh.position[rows]
-        if not (finite := np.isfinite(position).all(axis=1)).all():
-            raise ValueError(f"node {mesh.node[rows[finite.argmin()]]}: its position is not finite")
-        extent = float(np.ptp(position, axis=0).max())
-        if not EXTENTS[0] <= extent <= EXTENTS[1]:
-            message = f"the structure is {extent:g} m large with unit_m = {unit_m:g}"
-            raise ValueError(f"{message}; allowed are {EXTENTS[0]:g} to {EXTENTS[1]:g} m")
-        if shapes.position is not None:
-            distance = np.linalg.norm(position - unit_m * shapes.position[columns], axis=1)
-            if not distance.max() <= COINCIDENT * extent:
-                worst = mesh.node[rows[np.argmax(distance)]]
-                message = f"node {worst}: mesh and modes differ by {distance.max():g} m"
-                raise ValueError(f"{message} in its position; both must be of one model")
+        position = _position(mesh, shapes, rows, columns, unit_m)
         motion, static = shapes.displacement[columns], shapes.static[columns]
         if mesh.frame is not None:
             frame = mesh.frame[rows]
@@ -115,22 +103,45 @@ def modal_model(
             None if shapes.participation is None else mass_unit * shapes.participation,
             parents,
         )
-        if uniform_kg is not None:  # m_k = m″ ∫|φ_k|² dA
-            areas = cell_areas(model.position, model.cells)
-            areal = uniform_kg / areas.sum()
-            mean = np.tensordot(areas, motion[cells].mean(axis=1), 1)
-            masses = areal * mass / model.areal_mass
-            model = replace(model, modal_mass=masses, participation=areal * mean.T)
+        if uniform_kg is not None:
+            model = _with_uniform_mass(model, uniform_kg)
         _check(model, unit_kg is None)
         areal = model.areal_mass
         if normalised and areal.max() > LARGEST_SPREAD * areal.min():
-            message = (
-                f"modes move {areal.min():.3g} to {areal.max():.3g} kg/m² of the surface, which"
-            )
-            raise ValueError(f"{message} modes that are scaled to a mass of 1 do not")
+            message = f"modes move {areal.min():.3g} to {areal.max():.3g} kg/m² of the surface"
+            raise ValueError(f"{message}, which modes that are scaled to a mass of 1 do not")
     except ValueError as error:
         raise ValueError(f"{place}: {error}") from None
     return model
+
+
+def _position(
+    mesh: SurfaceElements, shapes: ModeShapes, rows: Index, columns: Index, unit_m: float
+) -> Array:
+    """Return the places [m] of the nodes in rows of the mesh and columns of the modes."""
+    position = unit_m * mesh.position[rows]
+    if not (finite := np.isfinite(position).all(axis=1)).all():
+        raise ValueError(f"node {mesh.node[rows[finite.argmin()]]}: its position is not finite")
+    extent = float(np.ptp(position, axis=0).max())
+    if not EXTENTS[0] <= extent <= EXTENTS[1]:
+        message = f"the structure is {extent:g} m large with unit_m = {unit_m:g}"
+        raise ValueError(f"{message}; allowed are {EXTENTS[0]:g} to {EXTENTS[1]:g} m")
+    if shapes.position is not None:
+        distance = np.linalg.norm(position - unit_m * shapes.position[columns], axis=1)
+        if not distance.max() <= COINCIDENT * extent:
+            worst = mesh.node[rows[np.argmax(distance)]]
+            message = f"node {worst}: mesh and modes differ by {distance.max():g} m"
+            raise ValueError(f"{message} in its position; both must be of one model")
+    return position
+
+
+def _with_uniform_mass(model: ModalModel, mass: float) -> ModalModel:
+    """Return a model whose mass [kg] is spread evenly: m_k = m″ ∫|φ_k|² dA."""
+    areas = cell_areas(model.position, model.cells)
+    areal = mass / areas.sum()
+    mean = np.tensordot(areas, model.displacement[model.cells].mean(axis=1), 1)
+    masses = areal * model.modal_mass / model.areal_mass
+    return replace(model, modal_mass=masses, participation=areal * mean.T)
 
 
 def _surface(
