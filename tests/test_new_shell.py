@@ -170,6 +170,13 @@ def test_what_a_section_cannot_state_is_said(drafted, change, reason):
     assert status == 0 and reason in printed and "not its own" in printed
 
 
-def test_offsets_of_elements_are_said(drafted):
-    _, _, printed = drafted(deck(laminate(1), CARBON, direction=",,2."))
-    assert "ZOFFS is not used" in printed
+def test_offsets_of_elements_are_those_of_sections(drafted):
+    common = laminate(1, [(1, 1.0, 0), (2, 8.0, 0), (1, 1.0, 0)]), CARBON, HOOP
+    _, above, _ = drafted(deck(*common, direction=",,2."))
+    _, below, _ = drafted(deck(*common, direction=",,-2.", turned=lambda i, j: True))
+    assert above.shell.offset_m == pytest.approx(below.shell.offset_m) == pytest.approx(2e-3)
+    np.testing.assert_allclose(frequencies(below), frequencies(above), rtol=1e-6)
+    plain = drafted(deck(*common))[1]
+    assert abs(frequencies(plain)[0] / frequencies(above)[0] - 1) > 1e-4
+    text = deck(*common, direction=",,2.").replace(",2.", ",1.", 1)
+    assert "ZOFFS differs between its elements" in drafted(text)[2]

@@ -197,6 +197,21 @@ def test_modes_and_residual_vectors_answer_for_a_damper_as_all_elements_do():
     assert abs(shell.at_points @ of_modes @ modal / whole - 1) > 5e-3  # the residual vectors matter
 
 
+@pytest.mark.parametrize("section", [SKEW, SolidSection(E, 0.3, RHO, 8e-3)])
+def test_a_free_plate_has_the_same_modes_wherever_its_nodes_are(section):
+    mesh = grid((3, 2), (0.0, 0.0), (0.6, 0.4))
+    middle, below = (Layup(section, offset=z) for z in (0.0, 7e-3))
+    wanted, found = (normal_modes(assemble_shell(mesh, one), 600.0)[0] for one in (middle, below))
+    assert np.count_nonzero(wanted > 1) > 3
+    np.testing.assert_allclose(found[wanted > 1], wanted[wanted > 1], rtol=1e-4)
+    # bent about its middle it has the same strains and stresses
+    bend = np.array([1.0, -0.4, 0.3])
+    for first, second in zip(middle.layers, below.layers, strict=True):
+        motion = np.r_[bend, 0, 0, 0], np.r_[bend, -7e-3 * bend / below.half]
+        for rows, moved in ((first.strain, second.strain), (first.stress, second.stress)):
+            np.testing.assert_allclose(moved @ motion[1], rows @ motion[0], rtol=1e-9)
+
+
 def test_a_patch_that_moves_with_the_supports_has_the_overlaps_of_a_rigid_motion():
     mesh = grid((2, 2), (-0.5, -0.5), (0.5, 0.5), on_paraboloid(0.5))
     mesh = mesh.with_names({"P": Box((0.0, 0.0, -1.0), (0.5, 0.5, 1.0))}, {})

@@ -88,8 +88,6 @@ def _sections(
 ) -> tuple[dict[str, dict[str, Any]], list[str]]:
     """Return section and axis of each property, and what could not be read."""
     remarks, sections = [], {}
-    if (deck.shells.offset[chosen] != 0).any():
-        remarks.append("ZOFFS is not used: the middle of each section is at the nodes")
     corners = deck.corners(chosen)
     count = 1 + (corners[:, 3] != corners[:, 2])
     first = np.cumsum(count) - count  # cell of each element
@@ -101,6 +99,11 @@ def _sections(
             normal, axes = deck.material_axes(chosen[members])
             below = np.sum(normal * normals[members], axis=1) < 0
             sections[name] = _directed(section, normal, axes, below)
+            offset = np.where(below, -unit, unit) * deck.shells.offset[chosen[members]]
+            if np.ptp(offset) > 1e-9 * mesh.extent:
+                raise ValueError("ZOFFS differs between its elements")
+            if offset[0]:
+                sections[name]["offset_m"] = float(offset[0])
         except ValueError as error:
             remarks.append(f"property {name} has a section that is not its own: {error}")
             sections[name] = {"section": ANY_SECTION}

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pidpanel.arrays import Array, Index
-from pidpanel.panel.section import Layer, SandwichSection, Section, SolidSection, ThinSection
+from pidpanel.panel.section import Layer, SandwichSection, Section, ThinSection
 from pidpanel.shell.mesh import ShellMesh, lagrange
 from pidpanel.shell.selections import Place
 
@@ -29,10 +29,14 @@ PARALLEL = 1e-3  # sine of the angle between an axis and the normal below which 
 
 @dataclass(frozen=True)
 class Layup:
-    """A section with its x axis along the projection of an axis onto the surface."""
+    """A section with its x axis along the projection of an axis onto the surface.
+
+    The middle of the section may lie off the surface, by ``offset`` [m] along the normal.
+    """
 
     section: Section
     axis: Place = (1.0, 0.0, 0.0)
+    offset: float = 0.0
 
     @property
     def stiffness(self) -> Array:
@@ -49,18 +53,21 @@ class Layup:
         else:
             C[6:8, 6:8] = section.shear
         C[8, 8] = DRILLING * C[2, 2]
-        return C
+        moved = np.eye(9)
+        moved[:3, 3:6] = self.offset * np.eye(3)  # ε of the middle
+        return moved.T @ C @ moved
 
     @property
     def density(self) -> tuple[float, float, float]:
         """Moments ∫ρ ζᵏ dζ of order 0, 1, 2."""
-        section = self.section
+        section, z = self.section, self.offset
         if isinstance(section, SandwichSection):
             mass, first, second = section.density_moments
-            return mass + section.extra_mass_per_area, first, second
-        if isinstance(section, SolidSection):
-            return section.mass_per_area, 0.0, section.rotary_inertia
-        return section.mass_per_area, 0.0, section.mass_per_area * section.thickness**2 / 12
+            mass += section.extra_mass_per_area
+        else:  # evenly over its thickness
+            mass, first = section.mass_per_area, 0.0
+            second = mass * section.thickness**2 / 12
+        return mass, first + z * mass, second + 2 * z * first + z**2 * mass
 
     @property
     def layers(self) -> tuple[Layer, ...]:
@@ -69,15 +76,16 @@ class Layup:
         if isinstance(self.section, SandwichSection):
             layers = []
             for name, ply, outer, _ in self.section.placed:
-                strain = ply.strain_in_fibre_axes @ np.hstack([outer * np.eye(3), half * np.eye(3)])
+                depth = outer + self.offset
+                strain = ply.strain_in_fibre_axes @ np.hstack([depth * np.eye(3), half * np.eye(3)])
                 layers.append(Layer(name, strain, ply.material.stiffness @ strain))
             return tuple(layers)
-        stretch = half * self.section.extensional / self.section.thickness
+        stretch, z = self.section.extensional / self.section.thickness, self.offset
         return tuple(
             Layer(
                 layer.name,
-                np.hstack([layer.strain, half * np.eye(3)]),
-                np.hstack([layer.stress, stretch]),
+                np.hstack([layer.strain + z * np.eye(3), half * np.eye(3)]),
+                np.hstack([layer.stress + z * stretch, half * stretch]),
             )
             for layer in self.section.layers
         )

@@ -90,9 +90,9 @@ def structure_of(section: Structure) -> AnyStructure:
         raise ValueError("a structure without modes and without a shell")
     shell, attached = section.shell, _attached(section.shell)
     size, outward = shell.size_m, section.outward or UPWARD
-    layup = Layup(section_of(shell.section), shell.axis)
+    layup = Layup(section_of(shell.section), shell.axis, shell.offset_m)
     parts = {
-        name: Layup(section_of(part.section), part.axis or shell.axis)
+        name: Layup(section_of(part.section), part.axis or shell.axis, part.offset_m)
         for name, part in shell.parts.items()
     }
     places = imprints(areas, attached)

@@ -14,6 +14,7 @@ from pidpanel.study.quantity import Quantity
 from pidpanel.study.section import Section
 from pidpanel.study.units import InSI
 
+Offset = Annotated[float, Quantity(-0.5, 0.5, unit="metres")]
 DECKS = (".bdf", ".dat", ".nas", ".fem", ".blk")  # in any case
 SURFACE_SUFFIXES = (".msh", ".step", ".stp")  # in any case
 
@@ -175,6 +176,8 @@ class PartInput(SectionModel):
     """Mass and stiffness through the thickness."""
     axis: Along | None = None
     """Direction (x, y, z) of the x axis of the section; by default that of the shell."""
+    offset_m: Offset = 0.0
+    """Distance of the middle of the section from the surface along its normal [m]."""
 
 
 class Shell(SectionModel):
@@ -186,6 +189,8 @@ class Shell(SectionModel):
     """Mass and stiffness through the thickness."""
     axis: Along = (1.0, 0.0, 0.0)
     """Direction (x, y, z) whose projection on the surface is the x axis of the section."""
+    offset_m: Offset = 0.0
+    """Distance of the middle of the section from the surface along its normal [m]."""
     size_m: Size
     """Length of the edges of elements [m], of order 4: a third of the shortest wave, which
     ``pidpanel check`` states where it is longer."""
