@@ -7,6 +7,8 @@ from pidpanel.margin.assessment import PointAnswer
 from pidpanel.margin.chaos import fitted
 from pidpanel.margin.next_test import Observable, joined, posterior, remaining
 from pidpanel.margin.next_test import test_rows as rows_of
+from pidpanel.margin.observations import measurements_of
+from pidpanel.study.uncertain import Errors
 
 RNG = np.random.default_rng(11)
 SCORES = RNG.standard_normal((256, 3)).clip(-3, 3)  # where spreads end
@@ -108,3 +110,19 @@ def test_an_acoustic_test_tells_nothing_of_the_spectrum_of_the_launch():
     assert C[0, 0] == pytest.approx(1)
     assert C[1, 1] < 1e-3
     assert posterior(*joined(SCORES, [test._replace(unseen=())]))[0, 0] < 0.6
+
+
+def test_modes_above_the_bands_are_not_surveyed():
+    runs = {
+        "frequency": np.array([[80.0, 110.0, 900.0], [82.0, 105.0, 800.0]]),
+        "ratio": np.full((2, 3), 0.01),
+        "level": np.zeros((2, 2)),
+        "bare_bands": np.ones((2, 1, 2)),
+        "damped_bands": np.ones((2, 1, 2)),
+        "coupon": np.zeros((2, 0)),
+    }
+    edges = np.array([[71.0, 89.0], [89.0, 112.0]])
+    found = measurements_of(runs, Errors(), edges)
+    np.testing.assert_allclose(found["modal survey"].values[0], np.log([80, 110, 0.01, 0.01]))
+    high = runs | {"frequency": 10 * runs["frequency"]}
+    assert "modal survey" not in measurements_of(high, Errors(), edges)

@@ -103,3 +103,6 @@ def test_tests_need_spreads_which_they_update(tmp_path):
 def test_the_scenario_of_a_test_is_not_judged_but_that_with_its_dampers(tmp_path):
     study = study_with(tmp_path, {"acoustic": {"hall": HALL}})
     assert [scenario.label for scenario in judged_scenarios(study)] == ["A", "louder"]
+    first = dict(sorted(STUDY["scenarios"].items(), key=lambda item: item[0] != "test"))
+    study = study_with(tmp_path, {"acoustic": {"hall": HALL}}, scenarios=first)
+    assert [scenario.label for scenario in judged_scenarios(study)] == ["A", "louder"]

@@ -26,20 +26,14 @@ def measurements_of(
     ``spectrum`` the scores of the launch spectrum; ``test_db`` is the level of acoustic tests over
     that of the study.
     """
-    modal, relative = np.log(results["frequency"]), errors.frequency
-    count = modal.shape[1]
-    ratio, ratio_error = np.log(results["ratio"]), errors.damping_ratio
-    lowest = min(FEW_MODES, count)
+    # those above the bands are residual vectors
+    count = int(np.sum(results["frequency"].mean(axis=0) <= edges.max()))
+    few, modal = min(FEW_MODES, count), [errors.frequency, errors.damping_ratio]
     level = octave_levels(10 ** (results["level"] / 10), edges)
-    spread = {
-        "modal survey": Observable(
-            np.hstack([modal, ratio]), np.repeat([relative, ratio_error], count)
-        ),
-        "impact test": Observable(
-            np.hstack([modal[:, :lowest], ratio[:, :lowest]]),
-            2 * np.repeat([relative, ratio_error], lowest),
-        ),
-    }
+    spread = {}
+    for name, modes, factor in (("modal survey", count, 1), ("impact test", few, 2)) if few else ():
+        shown = [np.log(results[kind][:, :modes]) for kind in ("frequency", "ratio")]
+        spread[name] = Observable(np.hstack(shown), factor * np.repeat(modal, modes))
     decibels, common = errors.level_db, errors.common_db
     if np.ptp(level) > 0:
         independent = np.full(level.shape[1], decibels)

@@ -358,8 +358,10 @@ def judged_scenarios(study: Study) -> list[Any]:
     judged: list[Any] = []
     named = study.margin.scenarios
     tests = [scenario.label for scenario in tested_scenarios(study)]
+    launched = [s for s in study.all_scenarios() if not s.is_bare and s.label not in tests]
     for scenario in study.all_scenarios():
-        is_test = scenario.label in tests and judged_like(scenario, judged) is not None
+        like = judged_like(scenario, [*launched, *judged])
+        is_test = scenario.label in tests and like is not None
         if scenario.label in named or not (named or scenario.is_bare or is_test):
             judged.append(scenario)
     return judged
