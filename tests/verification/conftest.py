@@ -46,7 +46,7 @@ def record(request):
         error = error_of(float(computed), float(reference))
         row = {
             "case": case, "quantity": quantity, "computed": float(computed),
-            "reference": float(reference), "unit": unit, "error": error, "tolerance": tolerance,
+            "reference": float(reference), "unit": unit, "error": error, "tolerance": float(tolerance),
             "verdict": verdict_of(error, tolerance), "method": method, "source": source,
             "unknown": unknown,
         }  # fmt: skip

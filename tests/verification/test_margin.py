@@ -180,6 +180,7 @@ def closed_form(case, z, lines=190):
     return np.sqrt(level * total) / G0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_ranges_and_shares_of_a_margin_are_those_of_plain_monte_carlo(record, tmp_path, case):
     study = Model(study_of(case, tmp_path), tmp_path / "run").study
