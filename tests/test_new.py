@@ -147,6 +147,17 @@ def test_fields_behind_the_eighth_of_a_constraint_are_refused(tmp_path, monkeypa
     assert f"SPC1: '{node(NX, 0)}'" in said and said.count("\n") == 1
 
 
+def test_a_step_file_is_named_as_the_shape_of_a_structure(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "dish.STEP").write_text("ISO-10303-21;")
+    assert main(["new", "mine.yaml", "--mesh", "dish.STEP"]) == 2
+    assert (
+        "--mesh: dish.STEP: no mesh; a study names it in structure.shell.form"
+        in capsys.readouterr().err
+    )
+    assert not (tmp_path / "mine.yaml").exists()
+
+
 def test_a_size_beside_a_mesh_is_refused_in_one_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "mine.yaml", "--mesh", "deck.bdf", "--size", "3x3"]) == 2

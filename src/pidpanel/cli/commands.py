@@ -191,12 +191,10 @@ def identify(file: Path, directory: Path) -> None:
 
     result = identify_file(file)
     folder = directory / "results" / result.identification.name / "identify"
-    for line in answer_lines(result):
-        print(line)
+    print(*answer_lines(result), sep="\n")
     write_tables(result, file, folder)
     write_identification(result, folder / "report.html")
-    print(folder / "report.html")
-    print(folder / "identified.yaml")
+    print(folder / "report.html", folder / "identified.yaml", sep="\n")
 
 
 @pidpanel.command()

@@ -82,6 +82,9 @@ def new(file: Path, force: bool, **options: Any) -> None:
     }
     if options["mesh"] is not None and is_stated["size"]:
         raise StudyError(f"--size: not allowed with --mesh, the size is that of {options['mesh']}")
+    if Path(options["mesh"] or "").suffix.lower() in (".step", ".stp"):
+        message = "no mesh; a study names it in structure.shell.form: {kind: file, file: …}"
+        raise StudyError(f"--mesh: {options['mesh']}: {message} (docs/structures.md)")
     draft = Draft(**options, file=file, is_section_stated=is_stated["section"])
     write(draft, file, force=force)
     print(f"{file}: written")

@@ -16,6 +16,7 @@ from typing import Any
 import gmsh
 import numpy as np
 
+ALLOWED = "triangles and quadrilaterals of first order (of a curved shell, structure.shell.form)"
 CORNERS = {2: 3, 3: 4}  # corners of the elements that are read, by gmsh's number of their kind
 # The sections that are read; views, periods and partitions are not.
 SECTION = re.compile(
@@ -57,7 +58,7 @@ def _content(mesh: Path) -> dict[str, Any]:
     plane = sum(gmsh.option.getNumber(f"Mesh.Nb{kind}") for kind in ("Triangles", "Quadrangles"))
     if plane != len(element):
         message = f"gmsh has {plane:g} plane elements, {len(element)} of them in first order"
-        raise ValueError(f"{message}; allowed are triangles and quadrilaterals of first order")
+        raise ValueError(f"{message}; allowed are {ALLOWED}")
     _check_count(sections)
     groups = gmsh.model.getPhysicalGroups(2)
     return {
@@ -133,10 +134,7 @@ def _elements(
         for kind, elements, element_nodes in zip(kinds, numbers, nodes, strict=True):
             if kind not in CORNERS:
                 shape = gmsh.model.mesh.getElementProperties(kind)[0]
-                raise ValueError(
-                    f"element {elements[0]} is a {shape}; allowed are triangles and"
-                    " quadrilaterals of first order"
-                )
+                raise ValueError(f"element {elements[0]} is a {shape}; allowed are {ALLOWED}")
             element += elements.tolist()
             corners += element_nodes.reshape(len(elements), -1).tolist()
             for number in elements.tolist():
