@@ -55,11 +55,11 @@ def test_the_page_says_how_its_deck_runs_again(ran):
     assert again.returncode == 0, said(again)
 
 
-@pytest.mark.liggghts
-def test_the_deck_that_comes_with_pidpanel_needs_no_trust(ran, tmp_path):
+def test_the_deck_that_comes_with_pidpanel_needs_no_trust(tmp_path):
     (tmp_path / "lab.yaml").write_text(STUDY.replace("mine.in.j2", "shake_lab.in.j2"))
-    shutil.copytree(ran / "results" / "coupon", tmp_path / "results" / "coupon")
-    result = pidpanel(tmp_path, "run", "lab.yaml")
+    result = pidpanel(tmp_path, "run", "-n", "lab.yaml")
     assert result.returncode == 0, said(result)
-    page = (tmp_path / "results" / "lab" / "report.html").read_text()
-    assert f"pidpanel run {tmp_path / 'lab.yaml'}</pre>" in page
+    (tmp_path / "own.yaml").write_text(STUDY)
+    shutil.copy(ROOT / "templates" / "shake_lab.in.j2", tmp_path / "mine.in.j2")
+    refused = pidpanel(tmp_path, "run", "-n", "own.yaml")
+    assert refused.returncode == 2 and "--trust-deck" in said(refused)

@@ -28,12 +28,14 @@ def measurements_of(
     """
     # those above the bands are residual vectors
     count = int(np.sum(results["frequency"].mean(axis=0) <= edges.max()))
-    few, modal = min(FEW_MODES, count), [errors.frequency, errors.damping_ratio]
+    lowest, modal = min(FEW_MODES, count), [errors.frequency, errors.damping_ratio]
     level = octave_levels(10 ** (results["level"] / 10), edges)
     spread = {}
-    for name, modes, factor in (("modal survey", count, 1), ("impact test", few, 2)) if few else ():
-        shown = [np.log(results[kind][:, :modes]) for kind in ("frequency", "ratio")]
-        spread[name] = Observable(np.hstack(shown), factor * np.repeat(modal, modes))
+    for name, modes, factor in (
+        (("modal survey", count, 1), ("impact test", lowest, 2)) if count else ()
+    ):
+        columns = [np.log(results[kind][:, :modes]) for kind in ("frequency", "ratio")]
+        spread[name] = Observable(np.hstack(columns), factor * np.repeat(modal, modes))
     decibels, common = errors.level_db, errors.common_db
     if np.ptp(level) > 0:
         independent = np.full(level.shape[1], decibels)
