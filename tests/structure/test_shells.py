@@ -7,7 +7,7 @@ import pytest
 from pidpanel import Model
 from pidpanel.panel.files import read_basis
 from pidpanel.shell.assembly import assemble_shell
-from pidpanel.structure.from_study import structure_of
+from pidpanel.structure.from_study import read_moved_panel, structure_of
 from pidpanel.study import StudyError
 from tests.structures import COMMON, CURVED, PANEL
 
@@ -157,6 +157,10 @@ def test_base_motion_of_a_shell_without_patches_has_the_mesh_error_of_its_modes(
     bound = np.max(basis.frequency_shift) / 0.01
     assert (summary["mesh_error"] > 0).all()
     assert (summary["mesh_error"] < 5 * bound).all()
+    # maps move along the normals of the cylinder, not of its facets
+    *_, translation = read_moved_panel(model.study, model._stages.files("panel"))
+    up = basis.vertex_position[:, 2]  # of a radius of 1 m
+    np.testing.assert_allclose(translation.vertices, up, atol=1e-5)
 
 
 def test_the_base_moves_points_along_the_normals_of_the_curved_surface():

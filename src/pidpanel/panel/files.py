@@ -29,6 +29,7 @@ NATIVE = {"f": np.float64, "i": np.int64, "b": np.bool_}
 # Arrays of a plate that only structures have, with dimensions and unit
 OF_STRUCTURE = {
     "quadrature_normal": ("quadrature space", "1"),
+    "vertex_normal": ("vertex space", "1"),
     "participation": ("coordinate space", "kg"),
     "patch_translation": ("patch bordered_coordinate space", "m2"),
     "point_direction": ("point space", "1"),

@@ -39,6 +39,8 @@ class PlateMatrices:
     reactions: tuple[sp.csr_array, sp.csr_array]
     # (n_quadrature, 3) normals of a curved surface, whose positions have three columns
     quadrature_normal: Array | None = field(default=None, kw_only=True)
+    # (n_vertices, 3) normals of a structure along which w is, means of the cells that meet there
+    vertex_normal: Array | None = field(default=None, kw_only=True)
     # (n, 3) ∫ N ρ dV along x, y, z: forces per acceleration of all supports of a structure [kg]
     participation: Array | None = field(default=None, kw_only=True)
     # (n_patches, n + 3, 3) of a shell, ∫_patch N n dA and ∫_patch n nᵀ dA with the normal n, by the

@@ -44,7 +44,6 @@ class AssembledShell(AssembledPlate):
     displacement: Callable[[Array], Components] | None = None
     # For the six rows of `curvature_at_vertices`, see `Layup.layers`; none of several sections
     layers: tuple[Layer, ...] = ()
-    vertex_normal: Array | None = None  # (n_vertices, 3) mean of the cells that meet there
     total_mass: float = 0.0  # [kg]
 
 

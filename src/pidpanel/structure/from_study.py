@@ -48,7 +48,6 @@ from pidpanel.structure.any_structure import (
 )
 from pidpanel.structure.foreign import ForeignStructure
 from pidpanel.structure.shelled import ShellStructure, imprints
-from pidpanel.structure.surface import Surface
 from pidpanel.study import Study
 from pidpanel.study.mistakes import Mistake
 from pidpanel.study.panel import Panel
@@ -305,7 +304,11 @@ def read_moved_panel(study: Study, files: Files) -> tuple[PanelBasis, StoredPlat
     basis, plate = read_basis(files.modes), read_plate(files.plate)
     if plate.point_direction is None:
         return basis, plate, UNIT
-    if plate.participation is None or plate.quadrature_normal is None:
+    if (
+        plate.participation is None
+        or plate.quadrature_normal is None
+        or plate.vertex_normal is None
+    ):
         raise ValueError("base: the inertia of modes from a file is not known")
     direction = np.array((study.base and study.base.direction) or (0.0, 0.0, 1.0))
     direction = direction / np.linalg.norm(direction)
@@ -313,6 +316,5 @@ def read_moved_panel(study: Study, files: Files) -> tuple[PanelBasis, StoredPlat
     if basis.quadrature_normal is None:  # a flat structure
         translation = Translation(at_points, float(normals[0]), float(normals[0]), direction)
     else:
-        vertex_normal = Surface(basis.vertex_position, basis.cells).vertex_normal
-        translation = Translation(at_points, vertex_normal @ direction, normals, direction)
+        translation = Translation(at_points, plate.vertex_normal @ direction, normals, direction)
     return basis, replace(plate, inertia=plate.participation @ direction), translation

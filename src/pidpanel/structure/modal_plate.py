@@ -64,6 +64,7 @@ def modal_plate(
         inertia=np.zeros(n),
         reactions=(unheld, unheld),
         quadrature_normal=quadrature.normal,
+        vertex_normal=vertex_normal,
         point_direction=point_direction,
     )
 
