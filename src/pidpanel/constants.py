@@ -28,3 +28,6 @@ PLACING_CARDS = re.compile(
 
 # Standard deviations of an uncertain input within which its values are physical; samples end there.
 REACH = 3.0
+
+# Probability of measured results under the stated spreads below which they contradict them.
+IMPROBABLE = 1e-3

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from pidpanel.constants import IMPROBABLE
 from pidpanel.report import html, style
 from pidpanel.report.inputs import SpreadResults
 from pidpanel.report.style import Drawing
@@ -17,7 +18,6 @@ from pidpanel.report.text import number, records
 
 LARGEST, SMALLEST = 6, 0.01  # shares that the figure shows
 BAR = 0.32  # height of a bar
-IMPROBABLE = 1e-3  # as `margin.update.posterior`
 NARROWED = 0.9  # width of the interval of an input over that before the tests
 KINDS = {"damped": style.PLACES[0], "bare": style.BARE}
 
@@ -71,17 +71,18 @@ def _probability(exceeding: float, samples: int) -> str:
 def made_tests(results: SpreadResults) -> dict[str, Any]:
     """Return the tests that have been made, the refused ones, and the inputs that they changed."""
     if results.update is None or results.inputs is None:
-        return {"made": [], "refused": [], "together": 1.0, "changed": []}
+        return {"made": [], "refused": [], "contradiction": None, "changed": []}
     farthest = results.update["score"].abs().groupby(results.update["test"], sort=False).idxmax()
     tests = results.update.loc[farthest]
     is_refused = tests["probability"] < IMPROBABLE
+    together = float(tests["probability_together"].iloc[0])
     inputs = results.inputs
     width, stated = (inputs[f"{w}_p95"] - inputs[f"{w}_p05"] for w in ("updated", "stated"))
     changed = inputs.assign(narrowed=width / stated).sort_values("narrowed")
     return {
         "made": tests.loc[~is_refused, "test"].tolist(),
         "refused": records(tests[is_refused]),
-        "together": float(tests["probability_together"].iloc[0]),
+        "contradiction": together if together < IMPROBABLE else None,
         "changed": records(changed[changed["narrowed"] < NARROWED]),
     }
 

@@ -30,7 +30,6 @@ COUNTED, FEWEST = 2**15, 8  # samples of the spreads, and the fewest beyond a re
 ROUNDS = 6  # of normals at most
 ENOUGH = 0.5  # effective samples over all
 STEP = 1e-4  # of the scores, for derivatives
-IMPROBABLE = 1e-3  # of results with the stated spreads, below which they contradict them
 
 
 class Result(NamedTuple):

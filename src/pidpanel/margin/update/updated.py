@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from pidpanel.arrays import Array
+from pidpanel.constants import IMPROBABLE
 from pidpanel.margin.assessment import LEVELS, PointAnswer
 from pidpanel.margin.next_test import ScoreDistribution, posterior, remaining
-from pidpanel.margin.update.posterior import DRAWN, IMPROBABLE, Emulator, Result
+from pidpanel.margin.update.posterior import DRAWN, Emulator, Result
 
 EXACT = 1e-6  # variance of a score that becomes known
 
